@@ -1,7 +1,7 @@
 """The grammar of a study's file: a frozen model whose keys are the analyses; an unknown key is an error."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -140,12 +140,6 @@ class Study(Analyses):
     def analyses(self) -> dict[str, Steps]:
         """The analyses that the study names, by key, in the order of a run."""
         return {key: getattr(self, key) for key in self.kinds() if self.names(key)}
-
-    def concluding(self) -> Iterator[Steps]:
-        """The analyses that may have something to say of a result: those named, and lists whose results another one computes."""
-        for key in self.kinds():
-            if (analysis := getattr(self, key)) is not None:
-                yield analysis
 
 
 @cache

@@ -132,7 +132,7 @@ KINDS = {  #: stored runs with the analyses that have a finding in each
 @pytest.mark.parametrize("name", KINDS)
 def test_every_kind_of_study_has_a_headline_with_numbers(name: str) -> None:
     made = nsmaps.read_result(Path(__file__).parents[1] / "data" / "run-format-4" / name)
-    analyses = {each.key: each for each in made.study.concluding()}
+    analyses = {each.key: each for each in made.concluding()}
     for key in KINDS[name]:
         found = list(analyses[key].findings(made))
         assert found, f"{key} has no finding"

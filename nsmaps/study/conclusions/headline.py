@@ -22,7 +22,7 @@ def findings(result: StudyResult) -> list[Finding]:
     Basins say what orbits would, and first returns and maps in their place are silent where there is more.
     """
     others = result.study.others()
-    analyses = {each.key: each for each in result.study.concluding()}
+    analyses = {each.key: each for each in result.concluding()}
     order = [*others, *FIRST, *analyses]
     found = {key: list(analyses[key].findings(result)) for key in dict.fromkeys(order) if key in analyses}
     if found.get("basins"):

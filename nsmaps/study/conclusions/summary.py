@@ -16,10 +16,10 @@ def about(study: Study) -> dict[str, str]:
 
 def numbers(result: StudyResult) -> dict[str, Any]:
     """The main numbers of a result, as plain data for result.json, by heading."""
-    return {heading: data for analysis in result.study.concluding() for heading, data in analysis.numbers(result).items()}
+    return {heading: data for analysis in result.concluding() for heading, data in analysis.numbers(result).items()}
 
 
 def tables(result: StudyResult) -> Iterator[Table]:
     """The tables that are printed at the end of a run."""
-    for analysis in result.study.concluding():
+    for analysis in result.concluding():
         yield from analysis.tables(result)

@@ -91,8 +91,8 @@ def caption(result: "StudyResult", name: str, part: str = "") -> str:
     """The sentences below a figure: the numbers of the run, then what is drawn. `part` names one sheet, as its file does."""
     kinds = result.study.kinds()
     key = next((key for key, kind in kinds.items() if name in {figure.name for figure in kind.figures}), "")
-    analysis: Steps | None = getattr(result.study, key, None)
     given = parameters(result) if name != SKETCH.name else ""
+    analysis = next((each for each in result.concluding() if each.key == key), None)
     numbers = analysis.caption(result, name, part) if analysis is not None else f"At {given}." if given else ""
     text = f"{numbers} {figures_of(kinds)[name].caption}".lstrip()
     if "" in units_of(result.system):

@@ -114,8 +114,6 @@ class BasinsSection(Quantified):
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         """Each attractor with its fraction of the grid, the most returns to reach it, and its distance from the boundary."""
         basins, line = result.basins, result.basin_boundary
-        if basins is None:
-            return {}
         rows = []
         for k, attractor in enumerate(basins.attractors):
             row = {"label": attractor.label, "period": attractor.period, "words": list(attractor.words)}
@@ -134,8 +132,7 @@ class BasinsSection(Quantified):
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """The number of attractors and of starts, and the share of the starts that reach each."""
-        if (found := result.basins) is None:
-            return
+        found = result.basins
         names = [each.label for each in found.attractors]
         kinds = [f"a {cycle_of(each.period)}" if each.period else MEANING[kind_of(each.label)] for each in found.attractors]
         shares = found.fractions.tolist()
@@ -151,27 +148,23 @@ class BasinsSection(Quantified):
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The attractors, and the percentage of the states of the grid that reach each."""
-        basins, section = result.basins, result.study.basins
-        if basins is None or section is None:
-            return
+        basins = result.basins
         far = "to boundary" if result.basin_boundary is not None else ""
         note = "within: returns after which all these states have reached it"
         note += "; to boundary: the smallest distance of the attractor from it." if far else "."
         heads = "attractor", "period", "words", "share", "within", far
         title = f"Basins of the {result.system.map_name}, of {len(basins.label)} states of the grid"
-        yield Table(title, heads, tuple(_rows(basins, result.basin_boundary, section.max_returns)), (note,))
+        yield Table(title, heads, tuple(_rows(basins, result.basin_boundary, self.max_returns)), (note,))
         if result.reduced_basins is not None:
             title = f"Basins of the composite map, of {len(basins.label)} states of the grid"
             note = f"{percent(alike(result))} of the states come to the attractor of the exact map."
             yield Table(
-                title, heads[:-1], tuple(row[:-1] for row in _rows(result.reduced_basins, None, section.max_returns)), (note,)
+                title, heads[:-1], tuple(row[:-1] for row in _rows(result.reduced_basins, None, self.max_returns)), (note,)
             )
 
     def caption(self, result: "StudyResult", figure: str, part: str) -> str:
         """The share of each basin."""
         found = result.basins
-        if found is None:
-            return ""
         names = [f"{each.label or 'attractor'} ({number})" for number, each in enumerate(found.attractors, 1)]
         shares = dict(zip([*names, "no attractor", "the orbit ends"], found.fractions.tolist(), strict=True))
         return f"{at(result)}{len(found.label):,} states, of which reach {shares_text(shares)}."

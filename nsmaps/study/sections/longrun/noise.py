@@ -177,8 +177,6 @@ class NoiseSection(NoiseSizes, Analysis):
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         """The numbers for each amplitude of the noise."""
         noise = result.noise
-        if noise is None:
-            return {}
         rows: list[dict[str, Any]] = []
         for sigma, stay, ended in zip(self.sigma, noise.stays, noise.ended, strict=True):
             row = {"sigma": sigma, "modes": list(stay.modes), "time": stay.time.tolist(), "switches": stay.switches.tolist()}
@@ -191,8 +189,7 @@ class NoiseSection(NoiseSizes, Analysis):
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """The share of each motion under the least and the greatest noise, and the changes from one to another."""
-        if (noise := result.noise) is None:
-            return
+        noise = result.noise
         each = list(zip(self.sigma, noise.stays, strict=True))
         ends = [each[0], *each[1:][-1:]]
         texts = [f"under noise of sigma = {sigma:g} {shares_text(_shares(stay))}" for sigma, stay in ends]
@@ -207,7 +204,7 @@ class NoiseSection(NoiseSizes, Analysis):
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """Shares of the motions and changes from one to another, of both maps."""
         noise = result.noise
-        if noise is None or not noise.reduced:
+        if not noise.reduced:
             return
         modes = noise.reduced[0].modes
         pairs = [(i, j) for i in range(len(modes)) for j in range(len(modes)) if i != j]

@@ -142,7 +142,7 @@ class ObservablesSection(Analysis):
             found[section] = {"per": per} | rows
         for branch, parts in result.branch_observables.items():
             found.setdefault("branches", {})[branch] = [_part(part) for part in parts]
-        return {"observe": found} if found else {}
+        return {"observe": found}
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """The mean of each observable, or the range of its means, on each section's motions."""

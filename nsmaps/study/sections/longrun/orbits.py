@@ -139,7 +139,7 @@ class Orbits(Entries[OrbitSection]):
         return sum((Size(3 * RETURN, 2 * COPIES * STORED).times(orbit.n_returns) for orbit in self), Size())
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
-        return {"orbits": [_pair(pair) for pair in result.orbits]} if result.orbits else {}
+        return {"orbits": [_pair(pair) for pair in result.orbits]}
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         """For every orbit, whether it completes all returns under each map, and whether both have the same attractor."""

@@ -215,17 +215,14 @@ class DiagonalSection(Analysis):
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """The states near the diagonals, and the box that holds them."""
-        if (region := result.diagonal) is not None:
-            box = intervals(result.system.coordinates, region.box)
-            text = f"{len(region.start):,} states of {self.family} are mapped near to themselves, within {box}"
-            yield Finding(
-                result.system.map_name, text, ((f"{len(region.start):,}", f"states of {self.family} near the diagonals"),)
-            )
+        region = result.diagonal
+        box = intervals(result.system.coordinates, region.box)
+        text = f"{len(region.start):,} states of {self.family} are mapped near to themselves, within {box}"
+        numbers = ((f"{len(region.start):,}", f"states of {self.family} near the diagonals"),)
+        yield Finding(result.system.map_name, text, numbers)
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         region = result.diagonal
-        if region is None:
-            return {}
         return {"diagonal": {"box": region.box.tolist(), "states": len(region.start), "orders": _orders(result)}}
 
     def caption(self, result: "StudyResult", figure: str, part: str) -> str:
@@ -238,7 +235,7 @@ class DiagonalSection(Analysis):
             count, delta = len(result.near[0].surface.start), result.near[0].delta
             return f"{at(result)}delta = {delta:g}, {count:,} of {len(result.returns):,} states near both diagonals."
         region = result.diagonal
-        if region is None or not len(region.start):
+        if not len(region.start):
             return ""
         over = f" over {range_text(self.sweep)}" if self.sweep else ""
         hull = intervals(region.coordinates, region.box)

@@ -146,8 +146,6 @@ class ParametricSection(Analysis):
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         """The largest errors over all held-out values, one per output, by piece, and where the map departs from the exact one."""
         return_map, found = result.parametric_map, result.agreement
-        if return_map is None:
-            return {}
         report = return_map.report
         worst = {} if report is None else {key: getattr(report, key).max(axis=1) for key in ("refit", "error", "difference")}
         names = () if report is None else report.names
@@ -182,41 +180,38 @@ class ParametricSection(Analysis):
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         """Whether the attractors of the parametric map are those of the exact map at every value outside the stated intervals."""
-        section, found = result.study.parametric_map, result.agreement
-        if section is None or (found is None and not section.require):
-            return
+        found = result.agreement
         if found is None:
-            text = f"no: the {result.system.map_name} has no attractor from the start at any value compared"
-            yield claimed(section, "follows", "parametric_map: follows", TITLE, False, text)
+            if self.require:
+                text = f"no: the {result.system.map_name} has no attractor from the start at any value compared"
+                yield claimed(self, "follows", "parametric_map: follows", TITLE, False, text)
             return
-        stated = section.compare.apart_from
+        stated = self.compare.apart_from
         inside = found.in_intervals(stated)
         wrong = list(found.disagreements(stated))
         holds = not wrong and not inside.all()
         which = "orbits" if found.starts is None else f"orbits from {point(result.system.coordinates, found.starts[0])}"
         outside = f" outside {' and '.join(f'[{a:g}, {b:g}]' for a, b in stated)}" if stated else ""
-        low, high = section.bounds
-        where = f"{(~inside).sum()} values of {section.parameter} from {low:g} to {high:g}{outside}"
+        low, high = self.bounds
+        where = f"{(~inside).sum()} values of {self.parameter} from {low:g} to {high:g}{outside}"
         if holds:
             furthest = np.nanmax([*found.distance[~inside].ravel(), 0.0])
             text = f"at {where} {which} end on attractors of the same period, at most {furthest:.2g} apart in sides of the grid"
         elif wrong:
-            count, first = sum(each.count for each in wrong), _spoken(section, result, wrong[0])
+            count, first = sum(each.count for each in wrong), _spoken(self, result, wrong[0])
             text = f"at {count} of {where} {which} end on attractors that differ: {first}"
             text += f"; {len(wrong) - 1} more intervals" if len(wrong) > 1 else ""
         else:
             text = f"no value is compared{outside}"
-        yield claimed(section, "follows", "parametric_map: follows", TITLE, holds, f"{yes(holds)}: {text}")
+        yield claimed(self, "follows", "parametric_map: follows", TITLE, holds, f"{yes(holds)}: {text}")
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The errors of each piece, and where the attractors are not those of the exact map."""
-        return_map, found, section = result.parametric_map, result.agreement, result.study.parametric_map
-        if return_map is None or section is None:
-            return
+        return_map, found = result.parametric_map, result.agreement
         if return_map.report is not None:
-            yield _errors(return_map.report, return_map.coordinates.names, section.parameter)
+            yield _errors(return_map.report, return_map.coordinates.names, self.parameter)
         if found is not None:
-            heads = (f"{section.parameter} from", "to", "values", result.system.map_name, TITLE, "distance")
+            heads = (f"{self.parameter} from", "to", "values", result.system.map_name, TITLE, "distance")
             rows = tuple(_row(each) for each in found.disagreements())
             count = len(found.values)
             note = f"Of {count} values compared; distances in sides of the grid, of which {found.tolerance:g} is allowed."

@@ -98,8 +98,6 @@ class SecondIterateSection(Analysis):
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         iterate = result.second_iterate
-        if iterate is None:
-            return {}
         return {"second_iterate": {"expr": str(iterate.expr), "alpha": [float(value) for value in iterate.alpha]}}
 
     def caption(self, result: "StudyResult", figure: str, part: str) -> str:

@@ -135,8 +135,6 @@ class Spans(Named[Side]):
         return grid_size(study)
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
-        if result.returns is None:
-            return {}
         words, counts = np.unique(result.returns.words, return_counts=True)
         about = {
             "states": len(result.returns),
@@ -149,7 +147,7 @@ class Spans(Named[Side]):
     def caption(self, result: "StudyResult", figure: str, part: str) -> str:
         """The grid and the shares of the words of its first returns, or the states of one family."""
         found = result.returns
-        if found is None or not len(found):
+        if not len(found):
             return ""
         family = part_of(result.surfaces, part)
         if figure == "projections" and part and family in result.surfaces:
@@ -163,8 +161,6 @@ class Spans(Named[Side]):
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """The impacts of the first returns, and the share of the grid with each."""
-        if result.returns is None:
-            return
         words, counts = np.unique(result.returns.words[result.returns.valid], return_counts=True)
         shares = dict(zip(words.tolist(), (counts / len(result.returns)).tolist(), strict=True))
         text = f"first returns from {len(result.returns):,} states have the impacts {shares_text(shares)}"

@@ -78,14 +78,13 @@ class BasinDistanceSection(Analysis):
         return self.n_directions if self.directions is None else len(self.directions)
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
-        if (found := result.basin_distance) is None:
-            return {}
+        found = result.basin_distance
         distances = [float(one) if np.isfinite(one) else None for one in (found.distances.min(), *np.sort(found.least))]
         least, *drawn = distances
         return {"basin_distance": {"motion": found.label, "least": least, "least_of_draws": drawn, "share": found.share[0]}}
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
-        if (found := result.basin_distance) is not None:
-            least = float(found.distances.min())
-            numbers = ((f"{least:.3g}", "least distance from the boundary, in extents"),) if np.isfinite(least) else ()
-            yield Finding(result.system.map_name, f"the record ends on {found.summary()}", numbers)
+        found = result.basin_distance
+        least = float(found.distances.min())
+        numbers = ((f"{least:.3g}", "least distance from the boundary, in extents"),) if np.isfinite(least) else ()
+        yield Finding(result.system.map_name, f"the record ends on {found.summary()}", numbers)

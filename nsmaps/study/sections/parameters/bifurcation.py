@@ -137,7 +137,7 @@ class BifurcationSection(Range, Analysis):
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         found = {of: _diagram(diagram) | _borders(diagram.windows) for of, diagram in result.bifurcation_diagram.items()}
-        return {"bifurcation_diagram": found} if found else {}
+        return {"bifurcation_diagram": found}
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         for of, diagram in result.bifurcation_diagram.items():
@@ -152,9 +152,6 @@ class BifurcationSection(Range, Analysis):
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The motions of each map and their intervals of the parameter, the widest ones."""
-        section = result.study.bifurcation_diagram
-        if section is None or not result.bifurcation_diagram:
-            return
         every = {label for diagram in result.bifurcation_diagram.values() for label in diagram.labels.ravel().tolist()}
         explained = kinds_explained(every)
         notes = [f"{explained}."] if explained else []
@@ -164,7 +161,7 @@ class BifurcationSection(Range, Analysis):
             listed += [(of, r["label"] or NONE, *digits([r["from"], r["to"]], diagram), str(r["values"])) for r in rows]
             each = f"{largest} values" if largest > 1 else "one value"
             notes += [f"Of the {result.map_title(of)} there are {more} more intervals, of at most {each}."] if more else []
-        ends = (f"{section.parameter} from", "to")
+        ends = (f"{self.parameter} from", "to")
         yield Table("Motions", ("map", "motion", *ends, "values"), tuple(listed), tuple(notes))
         windows = [(of, window) for of, diagram in result.bifurcation_diagram.items() for window in diagram.windows]
         found = [(of, _named(window), _spoken(window.low), _spoken(window.high)) for of, window in windows]

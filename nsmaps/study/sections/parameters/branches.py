@@ -141,11 +141,11 @@ class Branches(Entries[BranchSection]):
         return found
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
-        return {"branches": {name: _entry(entry) for name, entry in result.branches.items()}} if result.branches else {}
+        return {"branches": {name: _entry(entry) for name, entry in result.branches.items()}}
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         """Whether each branch reached the ends of its range, and all requested doublings were found."""
-        for section in result.study.branches:
+        for section in self:
             entry = result.branches.get(section.name)
             if entry is None:
                 continue
@@ -160,7 +160,7 @@ class Branches(Entries[BranchSection]):
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """Of each branch its range, and its bifurcations in the order of the branch."""
-        for section in result.study.branches:
+        for section in self:
             parts = [part for part in result.branches.get(section.name, ()) if len(part.values)]
             if not parts:
                 continue
@@ -178,7 +178,7 @@ class Branches(Entries[BranchSection]):
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The events on the branches, to the known digits."""
-        names = {section.name: section.parameter for section in result.study.branches}
+        names = {section.name: section.parameter for section in self}
         rows = [
             _row(name, names[name], event)
             for name, entry in result.branches.items()

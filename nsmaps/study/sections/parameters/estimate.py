@@ -111,29 +111,25 @@ class EstimateSection(Analysis):
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         found = result.estimate
-        if found is None:
-            return {}
         rows = {"values": found.parameters, "errors": dict(zip(found.names, found.errors.tolist(), strict=True))}
         fit = {"chi2": found.chi2, "dof": found.dof, "describes": found.describes, "undetermined": list(found.undetermined)}
         return {"estimate": rows | fit | {"unpaired": int(found.minima.unpaired[0])}}
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         found = result.estimate
-        if found is not None:
-            text = f"{'yes' if found.describes else 'no'}: chi2 {found.chi2:.4g} of {found.dof} degrees of freedom"
-            yield Verdict("estimate: the model describes the data", result.system.map_name, found.describes, False, text)
+        text = f"{'yes' if found.describes else 'no'}: chi2 {found.chi2:.4g} of {found.dof} degrees of freedom"
+        yield Verdict("estimate: the model describes the data", result.system.map_name, found.describes, False, text)
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         from nsmaps.estimation.result import shown
 
-        if (found := result.estimate) is not None:
-            each = [f"{name} = {shown(a, b)}" for name, a, b in zip(found.names, found.values, found.errors, strict=True)]
-            yield Finding(result.system.map_name, f"the data give {', '.join(each)}", tuple((one, "estimate") for one in each))
+        found = result.estimate
+        each = [f"{name} = {shown(a, b)}" for name, a, b in zip(found.names, found.values, found.errors, strict=True)]
+        yield Finding(result.system.map_name, f"the data give {', '.join(each)}", tuple((one, "estimate") for one in each))
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The parameters with their intervals, and the minima."""
-        if (found := result.estimate) is None:
-            return
+        found = result.estimate
         rows = [
             (name, f"{value:.6g}", f"{error:.2g}", f"{low:.6g} to {high:.6g}")
             for name, value, error, (low, high) in zip(

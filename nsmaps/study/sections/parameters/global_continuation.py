@@ -89,8 +89,6 @@ class GlobalContinuationSection(Range, Quantified):
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         """Every quantity of each attractor at each value, and the births and deaths."""
         found = result.global_continuation
-        if found is None:
-            return {}
         names = "share", "share_error", "distance", "return_time", "return_error", "returned", "unresolved", "ended"
         rows = {name: plain(getattr(found, name)) for name in names}
         about = {"values": found.values.tolist(), "labels": found.labels.tolist(), **rows}
@@ -101,14 +99,11 @@ class GlobalContinuationSection(Range, Quantified):
         return {"global_continuation": about | {"scale": found.scale.tolist(), "changes": changes}}
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
-        if result.global_continuation is not None:
-            yield from missing_values("global_continuation", result.system.map_name, result.global_continuation.reasons)
+        yield from missing_values("global_continuation", result.system.map_name, result.global_continuation.reasons)
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """The number of attractors, the greatest share of each, and the births and deaths on the way up."""
         found = result.global_continuation
-        if found is None:
-            return
         kinds: dict[str, list[float]] = {}
         for change in found.changes:
             kinds.setdefault(change.kind, []).append((change.low + change.high) / 2)
@@ -124,9 +119,7 @@ class GlobalContinuationSection(Range, Quantified):
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The attractors with the ranges of their quantities, and the births and deaths."""
-        found, section = result.global_continuation, result.study.global_continuation
-        if found is None or section is None:
-            return
+        found = result.global_continuation
         count, rows = found.share.shape[1], []
         for number in range(count):
             there = found.found[:, number]
@@ -136,20 +129,18 @@ class GlobalContinuationSection(Range, Quantified):
             rows.append((str(number), names if len(names) <= 24 else "several", *span, *ranges))
         notes = [f"There are {count - ROWS} more attractors."] if count > ROWS else []
         where = "distance: the smallest kick found that leads elsewhere, an upper estimate, in shares of the region's sides"
-        notes.append(f"share: of the random starts; {where}; returns: after a kick of {section.kick:g}.")
-        heads = "attractor", "motions", f"{section.parameter} from", "to", "share (%)", "distance", "returns"
+        notes.append(f"share: of the random starts; {where}; returns: after a kick of {self.kick:g}.")
+        heads = "attractor", "motions", f"{self.parameter} from", "to", "share (%)", "distance", "returns"
         yield Table("Attractors along the parameter", heads, tuple(rows[:ROWS]), tuple(notes))
         changes = [(str(c.attractor), c.label, c.kind, f"{c.low:.9g}", f"{c.high:.9g}") for c in found.changes]
         if changes:
             more = (f"There are {len(changes) - ROWS} more.",) if len(changes) > ROWS else ()
-            between = "attractor", "motion", "change", f"{section.parameter} from", "to"
+            between = "attractor", "motion", "change", f"{self.parameter} from", "to"
             yield Table("Births and deaths on the way up", between, tuple(changes[:ROWS]), more)
 
     def caption(self, result: "StudyResult", figure: str, part: str) -> str:
         """The range of the parameter, the starts, and the numbers of attractors, births and deaths."""
         found = result.global_continuation
-        if found is None:
-            return ""
         kinds = [change.kind for change in found.changes]
         text = f"attractors {found.share.shape[1]}, births {kinds.count('birth')}, deaths {kinds.count('death')}"
         return f"{at(result, (self.parameter,))}{range_text(self)}, {found.samples:,} random starts each; {text}."

@@ -72,8 +72,6 @@ class LyapunovSection(Range, Analysis):
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         """Exponents and their errors at each value, per return and per unit of time."""
         sweep = result.lyapunov
-        if sweep is None:
-            return {}
         names = "exponents", "error", "per_time", "per_time_error"
         defect = sweep.defect[np.isfinite(sweep.defect)]
         worst = float(defect.max()) if defect.size else None
@@ -81,13 +79,12 @@ class LyapunovSection(Range, Analysis):
         return {"lyapunov": {"values": sweep.values.tolist(), **rows, "largest_defect": worst}}
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
-        if result.lyapunov is not None:
-            yield from missing_values("lyapunov", result.system.map_name, result.lyapunov.reasons)
+        yield from missing_values("lyapunov", result.system.map_name, result.lyapunov.reasons)
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """Where the largest exponent is positive, and its greatest value."""
         sweep = result.lyapunov
-        if sweep is None or not np.isfinite(sweep.exponents[:, 0]).any():
+        if not np.isfinite(sweep.exponents[:, 0]).any():
             return
         largest, error, name = sweep.exponents[..., 0].ravel(), sweep.error[..., 0].ravel(), self.parameter
         with np.errstate(invalid="ignore"):
@@ -102,9 +99,7 @@ class LyapunovSection(Range, Analysis):
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The intervals over which the largest exponent has one sign, those with most values."""
-        sweep, section = result.lyapunov, result.study.lyapunov
-        if sweep is None or section is None:
-            return
+        sweep = result.lyapunov
         rows = exponent_rows(sweep)
         widest = sorted(sorted(range(len(rows)), key=lambda k: -rows[k]["values"])[:ROWS])
         listed = [
@@ -114,14 +109,12 @@ class LyapunovSection(Range, Analysis):
         more = f" There are {len(rows) - ROWS} more intervals, with fewer values." if len(rows) > ROWS else ""
         decided = f"Decided at two standard errors, of {sweep.n_returns} returns."
         note = f"Above zero: nearby orbits diverge, as in chaos. {decided}{more}"
-        heads = "largest exponent", f"{section.parameter} from", "to", "values", "per return"
+        heads = "largest exponent", f"{self.parameter} from", "to", "values", "per return"
         yield Table(f"Lyapunov exponents of the {result.system.map_name}", heads, tuple(listed), (note,))
 
     def caption(self, result: "StudyResult", figure: str, part: str) -> str:
         """The range of the parameter, and at how many values an exponent is positive."""
         found = result.lyapunov
-        if found is None:
-            return ""
         positive = int(found.positive.reshape(len(found.values), -1).any(axis=1).sum())
         text = f"the largest exponent exceeds two standard errors at {positive} of them"
         return f"{at(result, (self.parameter,))}{range_text(self)}; {text}."

@@ -132,8 +132,6 @@ class OptimumSection(Analysis):
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         """The optimum with its conditions, what coexists, every start, and means under noise."""
         found, noisy = result.optimize, result.noisy_optimum
-        if found is None:
-            return {}
         of = {"observable": found.observable.name, "unit": found.observable.unit, "per": found.per, "sense": found.sense}
         at = {
             "parameters": found.parameters,
@@ -152,15 +150,13 @@ class OptimumSection(Analysis):
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         found = result.optimize
-        if found is not None:
-            count, total = same(found), len(found.attempts)
-            text = f"{yes(count == total)}: {count} of {total} starts within {SAME:g} of its value"
-            yield Verdict("optimize: the same from every start", result.system.map_name, count == total, False, text)
+        count, total = same(found), len(found.attempts)
+        text = f"{yes(count == total)}: {count} of {total} starts within {SAME:g} of its value"
+        yield Verdict("optimize: the same from every start", result.system.map_name, count == total, False, text)
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """The optimum, the parameters at which it lies, and the motion that has it."""
-        if (found := result.optimize) is None:
-            return
+        found = result.optimize
         unit = " ".join(filter(None, (found.observable.unit, f"per {found.per}")))
         where = ", ".join(f"{name} = {value:.5g}" for name, value in found.parameters.items())
         what = f"{found.sense}imum of {found.observable.name} of {found.orbit.label}"
@@ -174,8 +170,6 @@ class OptimumSection(Analysis):
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The optimum, its conditions, what attracts there, and the means under noise."""
         found, noisy = result.optimize, result.noisy_optimum
-        if found is None:
-            return
         unit = " ".join(filter(None, (found.observable.unit, f"per {found.per}")))
         rows = [
             (one.name, f"{one.value:.6g}", _bounds(one.low, one.high), _gain(one.active, one.gain)) for one in found.conditions

@@ -154,8 +154,6 @@ class ParameterPlaneSection(Quantified):
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         """The fraction of the pixels with each motion, with several attractors and without a map, and the curves."""
         found = result.parameter_plane
-        if found is None:
-            return {}
         shares = {name or NONE: share for name, share in found.shares().items()}
         about: dict[str, Any] = {"coexisting": float((found.counts > 1).mean()), "refused": int(found.refused.sum())}
         work: dict[str, float] = {"computed": int(found.computed.sum()), "returns": found.n_returns}
@@ -175,14 +173,14 @@ class ParameterPlaneSection(Quantified):
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """The share of each motion, where several coexist, and the bifurcation curves."""
-        if (found := result.parameter_plane) is not None:
-            several = float((found.counts > 1).mean())
-            more = ((percent(several), "of the pixels have several attractors"),) if several else ()
-            yield plane_finding(result.system.map_name, self.ranges, found.shares(), result.plane_curves, more)
+        found = result.parameter_plane
+        several = float((found.counts > 1).mean())
+        more = ((percent(several), "of the pixels have several attractors"),) if several else ()
+        yield plane_finding(result.system.map_name, self.ranges, found.shares(), result.plane_curves, more)
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         found = result.parameter_plane
-        if found is not None and found.refused.any():
+        if found.refused.any():
             of, none = result.system.map_name, int(found.refused.sum())
             yield missing("parameter_plane", of, none, f"{found.refused.size} pixels", found.reason)
         yield from missing_curves("parameter_plane", result.system.map_name, result.plane_curves)
@@ -190,8 +188,6 @@ class ParameterPlaneSection(Quantified):
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The motions and the share of the pixels in which each attracts."""
         found = result.parameter_plane
-        if found is None:
-            return
         shares = found.shares()
         rows = tuple((name or NONE, f"{100 * share:.3g} %") for name, share in list(shares.items())[:ROWS])
         notes = [f"Several motions attract at {100 * (found.counts > 1).mean():.3g} % of the pixels."]
@@ -204,8 +200,6 @@ class ParameterPlaneSection(Quantified):
     def caption(self, result: "StudyResult", figure: str, part: str) -> str:
         """The ranges of both parameters, the share of each motion, and of what coexists or is refused."""
         found = result.parameter_plane
-        if found is None:
-            return ""
         refused = f"; the system refuses the parameters of {int(found.refused.sum()):,} pixels" if found.refused.any() else ""
         filled = "" if found.computed.all() else f" {computed_text(found)}"
         over = ", ".join(map(range_text, self.ranges))

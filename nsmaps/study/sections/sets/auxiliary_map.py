@@ -110,8 +110,6 @@ class AuxiliaryMapSection(Analysis):
         return cover_size(self.n_cells, len(system.coordinates), self.depth)
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
-        if result.auxiliary_map is None or result.auxiliary_exits is None:
-            return {}
         orbit = result.auxiliary_map
         exits = row_numbers(result.auxiliary_exits)
         boxes = {region.name: [finite(side) for side in region.box] for region in orbit.regions}
@@ -120,8 +118,6 @@ class AuxiliaryMapSection(Analysis):
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         """Whether all regions but that of A_1 are left, as is shown by enclosure."""
         times, orbit = result.auxiliary_exits, result.auxiliary_map
-        if times is None or orbit is None or result.composite is None:
-            return
         own = result.composite.pieces[int(result.composite.piece_of(orbit.regions[0].box.mean(axis=1)[None])[0])].name
         rows = [row for row in times.rows[:-1] if row.region != own]
         left, stay = [row for row in rows if not row.stays], [row for row in rows if row.stays]
@@ -138,10 +134,8 @@ class AuxiliaryMapSection(Analysis):
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """The share of the window that is shown to arrive in A_1."""
-        if (found := result.auxiliary_exits) is not None:
-            yield exits_finding(found, OF, found.rows[-1])
+        yield exits_finding(result.auxiliary_exits, OF, result.auxiliary_exits.rows[-1])
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The shares of each region that are left, and that arrive in A_1."""
-        if result.auxiliary_exits is not None:
-            yield exits_table("Exit times under the full auxiliary map, by enclosure", result.auxiliary_exits)
+        yield exits_table("Exit times under the full auxiliary map, by enclosure", result.auxiliary_exits)

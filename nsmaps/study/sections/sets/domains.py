@@ -137,7 +137,7 @@ class Domains(Entries[DomainSection]):
         return Size(sum(each), 1e5 * float(sum(d.max_updates for d in self)))
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
-        return {"domains": {name: _domain(domain) for name, domain in result.domains.items()}} if result.domains else {}
+        return {"domains": {name: _domain(domain) for name, domain in result.domains.items()}}
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         yield from domains_findings(result)

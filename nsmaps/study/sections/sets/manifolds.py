@@ -130,14 +130,12 @@ class Manifolds(Entries[ManifoldSection]):
         return found
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
-        if not (result.manifolds or result.no_manifold):
-            return {}
         rows = {name: [_row(each) for each in some] for name, some in result.manifolds.items()}
         return {"manifolds": rows | {f"{name}: none": why for name, why in result.no_manifold.items()}}
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         """Whether each manifold was grown to its length, or to an attractor, on every side."""
-        for each in result.study.manifolds:
+        for each in self:
             own = result.manifolds.get(each.name)
             if own is None:
                 continue

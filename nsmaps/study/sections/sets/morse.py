@@ -81,8 +81,6 @@ class MorseSection(Analysis):
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         """The hulls of the components, the graph of transitions between them, and the minimal components."""
         cover = result.morse_sets
-        if cover is None:
-            return {}
         cells = {"cells": list(cover.cells.shape), "kept": len(cover.numbers), "finished": cover.finished}
         edges, minimal = cover.edges.tolist(), list(cover.minimal)
         return {"morse_sets": cells | {"hulls": cover.hulls.tolist(), "edges": edges, "minimal": minimal}}
@@ -90,8 +88,6 @@ class MorseSection(Analysis):
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """The recurrent components, and the cells in which every orbit stays."""
         cover, held = result.morse_sets, result.forward_invariant_set
-        if cover is None:
-            return
         count, total = len(cover.hulls), int(np.prod(cover.cells.shape))
         text = f"{count_of(count, 'recurrent component')} in {len(cover.numbers):,} of {total:,} cells of the window (enclosed)"
         numbers = [(f"{len(cover.numbers):,}", f"of {total:,} cells may hold an orbit that never leaves the window")]
@@ -103,21 +99,17 @@ class MorseSection(Analysis):
         yield Finding(cover.of, text, tuple(numbers))
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
-        section, cover, held = result.study.morse_sets, result.morse_sets, result.forward_invariant_set
-        if section is None or cover is None:
-            return
+        cover, held = result.morse_sets, result.forward_invariant_set
         text = "no orbit stays in the window"
         if held is not None:
             hull = f"their hull {intervals(cover.cells.coordinates, held.hull)} (enclosed)"
             text = f"{held.reason}; {hull}" if held.forward_invariant else held.reason
         holds = held is not None and held.forward_invariant
-        yield claimed(section, "forward_invariant", "morse_sets: forward invariant", cover.of, holds, f"{yes(holds)}: {text}")
+        yield claimed(self, "forward_invariant", "morse_sets: forward invariant", cover.of, holds, f"{yes(holds)}: {text}")
 
     def caption(self, result: "StudyResult", figure: str, part: str) -> str:
         """The number of cells, and of recurrent components."""
         cover, closed = result.morse_sets, result.forward_invariant_set
-        if cover is None:
-            return ""
         shape = " x ".join(map(str, cover.cells.shape))
         text = f"{at(result)}{len(cover.numbers):,} of {shape} cells kept, recurrent components: {len(cover.hulls)}"
         held = closed is not None and closed.forward_invariant
