@@ -100,7 +100,7 @@ SECTIONS: dict[str, Any] = {
     "bifurcation_diagram": {"parameter": "d", "from": 0.1, "to": 1, "points": 12, "starts": [START]},
     "branches": [{"name": "one", "parameter": "d", "bounds": [0.1, 1], "start": START}],
     "parameter_plane": {
-        "plane": {"d": {"from": 0, "to": 0.2, "points": 3}, "r": {"from": 0.4, "to": 0.6, "points": 2}},
+        "axes": {"d": {"from": 0, "to": 0.2, "points": 3}, "r": {"from": 0.4, "to": 0.6, "points": 2}},
         "starts": [START],
     },
     "observe": {"observables": ["loss", "speed"]},
