@@ -113,8 +113,9 @@ class Returns(WithCoordinates, Result):
         lost = ~(known & finite_rows(there))
         inner = np.where(lost[:, None], 0.0, there) if lost.any() else there
         turns = np.where(names.angles, np.floor(inner / TWO_PI), 0.0).astype(np.int32)
-        code_of = {word: encode(word, walls) for word in set(() if words is None else words)}
-        codes = np.array([code_of[word] for word in words], np.int64).reshape(count) if code_of else np.zeros(count, np.int64)
+        given = () if words is None else words
+        code_of = {word: encode(word, walls) for word in set(given)}
+        codes = np.array([code_of[word] for word in given], np.int64).reshape(count) if code_of else np.zeros(count, np.int64)
         wrapped, outcome, time = names.wrap(inner), np.zeros(count, np.int8), np.ones(count)
         if lost.any():
             wrapped[lost] = time[lost] = np.nan

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from nsmaps.exact.surfaces.mesh import Mesh, Part
     from nsmaps.exact.systems.parameters import System
     from nsmaps.study.reading.head import Head as Study
-    from nsmaps.study.sections.base import Steps
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,13 +81,6 @@ class StudyResult(Mapping[str, Any]):
         """The result with further parts."""
         return replace(self, parts={**self.parts, **parts})
 
-    def concluding(self) -> "Iterator[Steps]":
-        """The analyses of which a part was computed, by themselves or by another one; they alone have something to say."""
-        for key in self.study.kinds():
-            analysis = getattr(self.study, key)
-            if analysis is not None and any(_is_there(self.parts.get(name)) for name in analysis.results):
-                yield analysis
-
     @property
     def domain(self) -> "AttractingDomain | None":
         """The first of the domains."""
@@ -129,11 +121,6 @@ class StudyResult(Mapping[str, Any]):
 
         about = {"study": self.study.name, "title": self.study.title, "system": self.study.system}
         return tree(self.parts, **about, **self.system.parameters)
-
-
-def _is_there(part: Any) -> bool:
-    """Whether a part was computed: none of a list or a mapping is empty."""
-    return part is not None and not (isinstance(part, tuple | list | Mapping) and not part)
 
 
 @lru_cache(maxsize=8)

@@ -13,6 +13,7 @@ from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.study.conclusions.headline import findings, headline, key_numbers
 from nsmaps.study.conclusions.texts import cycle_of
 from nsmaps.study.result import StudyResult
+from nsmaps.study.sections.base import concluding
 
 PAIR = "system: vi_pair\nparameters: {d: 0.35, r: 0.5, M: 0.1245, g: 9.8, beta: pi/3, F: 5}\n"
 ORBITS = "orbits: [{start: {v: 0.35, phi: 1.5}, n_returns: 200}, {start: {v: 0.2, phi: 0.1}, n_returns: 220}]\n"
@@ -132,7 +133,7 @@ KINDS = {  #: stored runs with the analyses that have a finding in each
 @pytest.mark.parametrize("name", KINDS)
 def test_every_kind_of_study_has_a_headline_with_numbers(name: str) -> None:
     made = nsmaps.read_result(Path(__file__).parents[1] / "data" / "run-format-4" / name)
-    analyses = {each.key: each for each in made.concluding()}
+    analyses = {each.key: each for each in concluding(made)}
     for key in KINDS[name]:
         found = list(analyses[key].findings(made))
         assert found, f"{key} has no finding"

@@ -4,7 +4,7 @@ import re
 
 from nsmaps.study.conclusions.texts import as_computed, count_of, counted
 from nsmaps.study.result import StudyResult
-from nsmaps.study.sections.base import Finding
+from nsmaps.study.sections.base import Finding, concluding
 
 PARAMETERS = "optimize", "observe", "parameter_plane", "bifurcation_diagram", "branches", "lyapunov"
 STATES = "basins", "orbits", "manifolds", "noise", "domains", "morse_sets", "partition", "parametric_map", "composite"
@@ -22,7 +22,7 @@ def findings(result: StudyResult) -> list[Finding]:
     Basins say what orbits would, and first returns and maps in their place are silent where there is more.
     """
     others = result.study.others()
-    analyses = {each.key: each for each in result.concluding()}
+    analyses = {each.key: each for each in concluding(result)}
     order = [*others, *FIRST, *analyses]
     found = {key: list(analyses[key].findings(result)) for key in dict.fromkeys(order) if key in analyses}
     if found.get("basins"):

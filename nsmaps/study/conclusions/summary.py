@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from nsmaps.study.result import StudyResult
-from nsmaps.study.sections.base import Table
+from nsmaps.study.sections.base import Table, concluding
 from nsmaps.study.steps import analyses_by_step
 from nsmaps.study.study import Study
 
@@ -16,10 +16,10 @@ def about(study: Study) -> dict[str, str]:
 
 def numbers(result: StudyResult) -> dict[str, Any]:
     """The main numbers of a result, as plain data for result.json, by heading."""
-    return {heading: data for analysis in result.concluding() for heading, data in analysis.numbers(result).items()}
+    return {heading: data for analysis in concluding(result) for heading, data in analysis.numbers(result).items()}
 
 
 def tables(result: StudyResult) -> Iterator[Table]:
     """The tables that are printed at the end of a run."""
-    for analysis in result.concluding():
+    for analysis in concluding(result):
         yield from analysis.tables(result)

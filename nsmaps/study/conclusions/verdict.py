@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from nsmaps.study.conclusions.texts import as_computed
 from nsmaps.study.result import StudyResult
-from nsmaps.study.sections.base import Verdict
+from nsmaps.study.sections.base import Verdict, concluding
 from nsmaps.study.sections.parameters.motions import coexisting
 
 
@@ -15,7 +15,7 @@ def verdicts(result: StudyResult) -> tuple[Verdict, ...]:
     Expected failures apply to the study's own parameters, and to verdicts that are not required.
     """
     expected = {} if result.study.source.changed else result.study.expected_failures
-    results = [_as_expected(verdict, expected) for analysis in result.concluding() for verdict in analysis.verdicts(result)]
+    results = [_as_expected(verdict, expected) for analysis in concluding(result) for verdict in analysis.verdicts(result)]
     name, of, text = ([as_computed(result, getattr(each, part)) for each in results] for part in ("name", "of", "text"))
     return tuple(replace(each, name=a, of=b, text=c) for each, a, b, c in zip(results, name, of, text, strict=True))
 

@@ -10,6 +10,7 @@ from nsmaps.study.conclusions.phrases import parameters
 from nsmaps.study.conclusions.texts import as_computed
 from nsmaps.study.pictures.attractors import FIGURES
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
+from nsmaps.study.sections.base import concluding
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -92,7 +93,7 @@ def caption(result: "StudyResult", name: str, part: str = "") -> str:
     kinds = result.study.kinds()
     key = next((key for key, kind in kinds.items() if name in {figure.name for figure in kind.figures}), "")
     given = parameters(result) if name != SKETCH.name else ""
-    analysis = next((each for each in result.concluding() if each.key == key), None)
+    analysis = next((each for each in concluding(result) if each.key == key), None)
     numbers = analysis.caption(result, name, part) if analysis is not None else f"At {given}." if given else ""
     text = f"{numbers} {figures_of(kinds)[name].caption}".lstrip()
     if "" in units_of(result.system):

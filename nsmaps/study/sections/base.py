@@ -137,6 +137,19 @@ class Steps:
         return ""
 
 
+def concluding(result: "StudyResult") -> Iterator[Steps]:
+    """The analyses of which a part was computed, by themselves or by another one; they alone have something to say."""
+    for key in result.study.kinds():
+        analysis = getattr(result.study, key)
+        if analysis is not None and any(_is_there(result.parts.get(name)) for name in analysis.results):
+            yield analysis
+
+
+def _is_there(part: Any) -> bool:
+    """Whether a part was computed: none of a list or a mapping is empty."""
+    return part is not None and not (isinstance(part, tuple | list | Mapping) and not part)
+
+
 class Analysis(Steps, BaseModel):
     """The settings of one analysis of a study, a frozen model whose fields are the keys of its section, and its methods in a run.
 
