@@ -126,8 +126,8 @@ def extend_itinerary(p, impact, event, context, found):
     return Itinerary(code, place_value, found.turning_points, slowest, *gap, found.flights + 1)
 
 
-@entry
-def itinerary(p, v, phi, chatter):
+@inner
+def itinerary_of(p, v, phi, chatter):
     """The itinerary of one first return: (outcome, Itinerary); a graze within rounding is not distinguished."""
     code, place_value = append_symbol(0, 1, itinerary_base(p), BASE, 1)
     none = Itinerary(code, place_value, 0, math.inf, math.inf, 0.0, False, 0, 0)
@@ -150,10 +150,16 @@ class ItineraryRows(NamedTuple):
 
 
 @entry
+def itinerary(p, v, phi, chatter):
+    """As `itinerary_of`, for Python."""
+    return itinerary_of(p, v, phi, chatter)
+
+
+@entry
 def all_itineraries(p, states, chatter, rows):
     """The itineraries of a batch (N, 2), written into the given arrays."""
     for i in range(len(states)):
-        rows.outcome[i], found = itinerary(p, states[i, SPEED], states[i, PHASE], chatter)
+        rows.outcome[i], found = itinerary_of(p, states[i, SPEED], states[i, PHASE], chatter)
         rows.code[i], rows.turning_points[i] = found.code, found.turning_points
         rows.gap[i], rows.slowest[i] = found.gap, found.slowest
 
