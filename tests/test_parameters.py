@@ -1,6 +1,7 @@
 """Wrong parameters: one error of nsmaps wherever a system is made, with a near match whatever the case."""
 
 import math
+import pydoc
 
 import pytest
 import sympy as sp
@@ -44,6 +45,14 @@ def test_changing_a_parameter_says_the_same() -> None:
         system.at(G_bar=1)
     with pytest.raises(ParameterError, match="r is -1; expected: greater than or equal to 0"):
         system.at(r=-1)
+
+
+def test_help_has_the_parameters_with_their_descriptions() -> None:
+    described = type(nsmaps.load_system("vi_pair", **PAIR))
+    shown = pydoc.plain(pydoc.render_doc(described))
+    for name in ("d", "r", "g_bar"):
+        assert f"{name}: {described.model_fields[name].description}" in shown
+    assert "Parameters:" not in pydoc.plain(pydoc.render_doc(Falling))
 
 
 def test_near_matches_do_not_mind_the_case() -> None:

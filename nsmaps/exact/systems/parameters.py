@@ -3,7 +3,7 @@
 import hashlib
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from inspect import getsource, isabstract
+from inspect import cleandoc, getsource, isabstract
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 import numpy as np
@@ -68,7 +68,10 @@ class System(BaseModel, Transferable, ReturnMap):
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
-        """The coordinates of the class, given as names, as `Coordinates`."""
+        """The coordinates of the class, given as names, as `Coordinates`; a docstring that has the parameters, for `help`."""
+        described = [f"    {name}: {field.description}" for name, field in cls.model_fields.items() if field.description]
+        if described and (text := vars(cls).get("__doc__")):
+            cls.__doc__ = "\n".join([cleandoc(text), "", "Parameters:", *described])
         names = vars(cls).get("coordinates")
         if isinstance(names, Sequence):
             cls.coordinates = Coordinates(names)  # type: ignore[assignment, method-assign]
