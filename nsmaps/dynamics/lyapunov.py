@@ -28,7 +28,7 @@ class Lyapunov(WithCoordinates, Result):
 
     The exponents of an orbit that ended are NaN, and `outcome` gives the reason. A return that comes to rest on a wall, or is the
     image of a constant piece of a composite map, does not depend on its start: its derivative is zero, and exponents of orbits
-    with such returns are -inf.
+    with such returns are -inf. So is the least where a derivative is singular up to rounding, as after sliding.
     """
 
     coordinates: Coordinates
@@ -80,7 +80,7 @@ def exponents_of(model: ReturnMap, starts: StateLike, n_returns: int, transient:
         total = np.zeros((len(flat), dim + 3))
         for part in growth_of(model, flat, frames, count):
             flat, frames, outcome = part.states, part.frames, last_outcome(part, flat, outcome)
-            part.growth[..., -1][np.isneginf(part.log_det)] = -np.inf  # a singular derivative, up to rounding
+            part.growth[..., -1][np.isneginf(part.log_det)] = -np.inf
             others = np.stack([part.log_det, part.time, part.numbers], axis=-1)
             total += np.concatenate([part.growth, others], axis=-1).sum(axis=0)
         sums.append(total)

@@ -113,7 +113,8 @@ def _ends(word: str, alphabet: Alphabet) -> set[str]:
 def _counted(word: str, alphabet: Alphabet) -> tuple[int, int] | None:
     """The returns to the section and the events elsewhere of a word; None where this is not how it is to be read."""
     ends = _ends(word, alphabet)
-    if len(ends) > 1 or (alphabet.section is not None and len(alphabet.section) > 1) or (ends and len(word) < 2):
+    several = alphabet.section is not None and len(alphabet.section) > 1
+    if len(ends) > 1 or several or alphabet.shared or (ends and len(word) < 2):
         return None
     others = sum(letter not in ends and letter not in alphabet.clocks for letter in word)
     return (sum(letter in ends for letter in word) - 1 if ends else 1), others

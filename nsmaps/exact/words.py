@@ -21,6 +21,7 @@ class Alphabet(Storable):
     section: tuple[str, ...] | None = None
     clocks: tuple[str, ...] = ()  #: letters of events at fixed times alone, which do not count
     turns: int = 0  #: of the phase on every return, where the section is a clock and the phase therefore no coordinate
+    shared: bool = False  #: whether other events than the section's have its letters, so that words do not count returns
 
 
 PLAIN = Alphabet()  #: of words that begin and end with one letter of the section

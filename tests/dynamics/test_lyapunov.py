@@ -5,10 +5,13 @@ from functools import cached_property
 
 import numpy as np
 import pytest
+import sympy as sp
 
 import nsmaps
+from nsmaps import Guard, HybridSystem, PoincareSection, SlidingSurface
 from nsmaps.coordinates import Angle, Coordinates
 from nsmaps.dynamics.exponents.frames import carried
+from nsmaps.dynamics.exponents.growth import determinants
 from nsmaps.dynamics.lyapunov import lyapunov
 from nsmaps.errors import NsmapsError, StateError
 from nsmaps.exact.outcome import Outcome
@@ -186,6 +189,46 @@ def test_a_rest_forgets_where_it_came_from(pair):
     assert (made.exponents[0] == -np.inf).all()
     assert made.log_det[0] == -np.inf
     assert np.isfinite(made.exponents[1]).all()
+
+
+class Slider(HybridSystem):
+    """y slides at zero for part of each period, from which it is released at a phase that depends on x."""
+
+    states = ("x", "y")
+
+    def period(self):
+        return 2 * sp.pi
+
+    def modes(self, t, y):
+        slope, push = y.y - y.x / 2, 1.5 * sp.cos(t) + y.x / 10
+        return {"above": {"x": slope, "y": push - 1}, "below": {"x": slope, "y": push + 1}}
+
+    def guards(self, t, y):
+        modes = ("above", "below", "slide")
+        return {"slide": SlidingSurface("above", "below", y.y), "strobe": Guard(modes, -sp.sin(t))}
+
+    def section(self, t, y):
+        return PoincareSection("strobe", ("x", "y"))
+
+
+def test_sliding_forgets_a_direction():
+    """Differences of images in both directions are parallel; the word has the letter of the section between its ends."""
+    slider = Slider()
+    end = nsmaps.orbit(slider, [0.1, 0.2], 60).final
+    images = slider.first_return(end + 1e-4 * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])).image
+    slopes = (images[::2] - images[1::2]).T / 2e-4
+    made = nsmaps.lyapunov(slider, starts=end, n_returns=64)
+    assert made.exponents[0] == pytest.approx(np.log(abs(np.trace(slopes))), abs=1e-6)
+    assert made.exponents[1] == made.log_det == -np.inf
+    assert nsmaps.periodic_orbit(slider, end).label == "ssbsas/T"
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-12, 1e12])
+def test_units_do_not_make_a_derivative_singular(unit):
+    slopes = np.array(
+        [[[0.5, unit], [0.4 / unit, 0.9]], [[0.5, unit], [0.45 / unit, 0.9]], [[0.1 + 0.2, unit], [0.3 / unit, 1.0]]]
+    )
+    assert determinants(slopes) == pytest.approx([0.05, 0, 0], rel=1e-13, abs=0)
 
 
 def test_a_plastic_impact_forgets_the_speed():

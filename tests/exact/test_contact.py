@@ -77,6 +77,34 @@ def test_orbits_through_chatter_and_release() -> None:
     assert np.abs(expected.image * [-1, 1] - returns.image).max() < 1e-9
 
 
+class Sprung(HybridSystem):
+    """The gap of a ball on a spring above a table that moves with two harmonics."""
+
+    states = ("x", "v")
+
+    def period(self) -> Any:
+        return 2 * sp.pi
+
+    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Any]:
+        table = sp.cos(t) + sp.cos(2 * t) / 5
+        return {"fly": {"x": y.v, "v": -0.9 - 0.3 * (y.x + table) - 0.05 * (y.v + sp.diff(table, t)) - sp.diff(table, t, 2)}}
+
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
+        return {"B": Guard("fly", y.x, reset={"v": -0.6 * y.v}, rests="contact")}
+
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("B", ("v", "phi"))
+
+
+def test_a_release_does_not_depend_on_what_came_to_rest() -> None:
+    """Not even by rounding, of which exponents would be the logarithm."""
+    phases = np.linspace(3.6, 4.2, 20)
+    made = Sprung().first_return(np.stack([-(10.0 ** -np.arange(12, 32)), phases], axis=1), derivative=True)
+    assert set(made.outcome.tolist()) == {Outcome.stuck}
+    assert not made.derivative.any()
+    assert np.ptp(made.image[:, 1]) < 1e-14
+
+
 def test_a_ball_that_is_never_released() -> None:
     returns = BallInModes(Gamma=0.9, r=0.5).first_return([[0.0, 1.0], [-1e-14, 2.0]])
     assert list(returns.outcome) == [Outcome.rests] * 2

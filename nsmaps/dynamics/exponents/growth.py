@@ -11,6 +11,7 @@ from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 
+SINGULAR = 4 * np.finfo(float).eps  #: share of Hadamard's bound at which a determinant is rounding
 BLOCK = 100_000  #: returns of a compiled loop, of all states together, so that memory stays small
 
 
@@ -21,7 +22,7 @@ class Growth:
     states: Floats  #: shape (M, dim), after the returns; NaN after an orbit's end
     frames: Floats  #: shape (M, dim, dim), orthonormal columns, in descending order of growth
     growth: Floats  #: shape (n, M, dim), logarithms of the diagonal of R in D Q = Q' R; -inf where D is singular
-    log_det: Floats  #: shape (n, M), log |det D| of each return's derivative D
+    log_det: Floats  #: shape (n, M), log |det D| of each return's derivative D; -inf where it is rounding
     time: Floats  #: shape (n, M), of each return; NaN where unknown
     numbers: NDArray[np.int32]  #: shape (n, M), successive returns of each image
     outcome: NDArray[np.int8]  #: shape (n, M), values of `Outcome`; that which ended an orbit is repeated
@@ -45,9 +46,17 @@ def _carried(returns: Returns, frames: Floats) -> Growth:
     growth, slopes = np.empty((n, m, dim)), np.ascontiguousarray(returns.slopes).reshape(n, m, dim, dim)
     carried(slopes, frames, growth)
     with np.errstate(divide="ignore", invalid="ignore"):
-        log_det = np.log(np.abs(np.linalg.det(slopes)))
+        log_det = np.log(determinants(slopes))
     time, numbers, outcome = returns.time.reshape(n, m), returns.numbers.reshape(n, m), returns.outcome.reshape(n, m)
     return Growth(returns.image[len(returns) - m :], frames, growth, log_det, time, numbers, outcome)
+
+
+def determinants(slopes: Floats) -> Floats:
+    """|det D| of derivatives (..., dim, dim), zero where it is rounding of the terms, whatever the units of the coordinates."""
+    found = np.abs(np.linalg.det(slopes))
+    units = np.sqrt(np.linalg.norm(slopes, axis=-1) / np.linalg.norm(slopes, axis=-2))
+    bound = np.linalg.norm(slopes * units[..., None, :] / units[..., :, None], axis=-2).prod(axis=-1)  # Hadamard's
+    return np.where(found <= SINGULAR * bound, 0.0, found)
 
 
 def last_outcome(part: Growth, before: Floats, outcome: NDArray[np.int8]) -> NDArray[np.int8]:

@@ -103,7 +103,9 @@ class Definition:
         moved = {one.letter for one in others if self.moves(one.function)}
         clocks = tuple(letter for letter in self.letters if letter not in (*section, *moved))
         strobe = not self.coordinates.angles.any() and not any(self.moves(one.function) for one in begins)
-        return Alphabet(section, clocks, int(strobe))
+        names = {one.name for one in begins}
+        shared = any(one.letter and one.letter in section and one.name not in names for one in self.transitions)
+        return Alphabet(section, clocks, int(strobe), shared)
 
     def moves(self, row: Row) -> bool:
         """Whether a row depends on the states, not on the time alone."""

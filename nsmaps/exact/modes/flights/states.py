@@ -116,3 +116,12 @@ def velocity_by_law(p, mode, z, field, w):
             for j in range(own):
                 total += slopes[r, slope_column(j)] * field[j]
             field[own + r] = total
+
+
+@inner
+def waits(p, c, w):
+    """Whether direction c moves only the phase of a motion at rest, whose next event then stays at its phase."""
+    still = not w.moved.here
+    for j in range(p.own):
+        still = still and w.field[j] == 0.0 and w.dz[j, c] == 0.0
+    return still

@@ -11,7 +11,7 @@ from nsmaps.exact.modes.flights.laws import size_column
 from nsmaps.exact.modes.flights.motion import advance, begin_piece
 from nsmaps.exact.modes.flights.pieces import bend_bound, combine, runs_away, sizes_of, term_of
 from nsmaps.exact.modes.flights.rounding import ERROR, begin_errors, error_at, errors_after
-from nsmaps.exact.modes.flights.states import dot, row_value, shift, velocity
+from nsmaps.exact.modes.flights.states import dot, row_value, shift, velocity, waits
 from nsmaps.exact.modes.march.zeros import (
     NONE,
     ONE,
@@ -231,7 +231,7 @@ def saltation(p, mode, function, w):
         dt = time_slope(p, function, rate, c, w)
         for j in range(len(w.z)):
             w.dz[j, c] += w.field[j] * dt
-        w.dphi[c] += turn * dt
+        w.dphi[c] = 0.0 if waits(p, c, w) else w.dphi[c] + turn * dt
 
 
 @inner
