@@ -4,9 +4,12 @@ import inspect
 from collections import defaultdict
 from collections.abc import Iterator
 from types import FunctionType
-from typing import Any
+from typing import Any, get_args
+
+from pydantic import BaseModel
 
 import nsmaps
+from nsmaps.study.study import Study
 
 ROOMS = ("auxiliary", "bench", "cells", "dynamics", "estimation", "exact", "proof", "reduced", "symbolic", "testing")
 #: the order of arguments that functions share, with others of their own between them
@@ -29,6 +32,8 @@ OTHERS = {
 }
 #: names of whole numbers that are no counts
 NUMBERS = {"transient", "period", "depth", "order", "record", "component", "attractor", "first", "stop", "refine", "rng"}
+#: keys of studies that are whole numbers: of an axis, of what is kept of an orbit, of an update, of a grid of cells
+KEYS = NUMBERS | {"points", "track", "update", "side", "min_returns"}
 #: names of two kinds in different functions, and why
 KINDS = {
     "order": "of a polynomial; of the two curves of a second iterate, as exported documents name it",
@@ -93,6 +98,27 @@ def test_a_count_begins_with_n_or_max() -> None:
     wrong = {each for each in counts if not each.split(": ")[1].startswith(("n_", "max_")) and each.split(": ")[1] not in NUMBERS}
     assert len(counts) > 50
     assert wrong == set()
+
+
+def keys(model: type[BaseModel]) -> Iterator[tuple[str, Any]]:
+    """The keys of a section of a study and of its parts, with their types."""
+    for name, field in model.model_fields.items():
+        yield name, field.annotation
+        inner = [field.annotation]
+        while inner:
+            each = inner.pop()
+            inner += get_args(each)
+            if isinstance(each, type) and issubclass(each, BaseModel):
+                yield from keys(each)
+
+
+def test_counts_of_studies_begin_with_n_or_max() -> None:
+    found = [(section, name, kind) for section, model in Study.kinds().items() for name, kind in keys(model)]
+    counts = {f"{section}: {name}" for section, name, kind in found if int in (kind, *get_args(kind))}
+    assert len(counts) > 40
+    assert {
+        each for each in counts if not each.split(": ")[1].startswith(("n_", "max_")) and each.split(": ")[1] not in KEYS
+    } == set()
 
 
 def test_a_name_has_one_kind() -> None:

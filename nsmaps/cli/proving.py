@@ -81,7 +81,13 @@ def _of_map(system: "PiecewiseMap", spec: "ProofSection", cycles: list[Any]) -> 
         return prove_map(system, cycles=[(spec.start, spec.period), *cycles])
     about = spec.closed_set
     return prove_map(
-        system, cycles=cycles, start=spec.start, window=about.box, cells=about.cells, parts=about.parts, skip=about.skip
+        system,
+        cycles=cycles,
+        start=spec.start,
+        box=about.box,
+        n_cells=about.n_cells,
+        n_parts=about.n_parts,
+        transient=about.transient,
     )
 
 
@@ -91,7 +97,7 @@ def _of_flights(system: "ImpactSystem", spec: "ProofSection", cycles: list[Any])
     from nsmaps.proof.prove import prove as search
 
     options = spec.model_dump(exclude={"start", "cycles", "closed_set"})
-    around = Around(**spec.closed_set.model_dump(include={"depth", "skip", "sample"})) if spec.closed_set else None
+    around = Around(**spec.closed_set.model_dump(include={"depth", "transient", "n_samples"})) if spec.closed_set else None
     return search(system, spec.start, options.pop("period"), cycles=cycles, around=around, **options)
 
 

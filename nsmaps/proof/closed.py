@@ -23,8 +23,8 @@ class Around(NamedTuple):
     """The closed set to be found, around the attractor of an orbit."""
 
     depth: int  #: how often its cells are divided
-    skip: int = 2000  #: first impacts of the orbit, until it is on the attractor
-    sample: int = 1_000_000  #: number of impacts after them, whose cells the closed set is compared with
+    transient: int = 2000  #: first impacts of the orbit, until it is on the attractor
+    n_samples: int = 1_000_000  #: number of impacts after them, whose cells the closed set is compared with
 
 
 def closed_around(system: "ImpactSystem", start: "StateLike", flow: Flow, cells: Cells, around: Around) -> tuple[Cells, str]:
@@ -33,12 +33,12 @@ def closed_around(system: "ImpactSystem", start: "StateLike", flow: Flow, cells:
     Raises:
         ProofError: the orbit ends before, or no closed set is found.
     """
-    seen = system.impacts(start, around.skip + around.sample)
-    walls, phases, speeds = (x[around.skip :] for x in (seen.wall.astype(np.int64), seen.phase, seen.speed))
-    if len(walls) < around.sample or not speeds.max() < cells.top:
+    seen = system.impacts(start, around.transient + around.n_samples)
+    walls, phases, speeds = (x[around.transient :] for x in (seen.wall.astype(np.int64), seen.phase, seen.speed))
+    if len(walls) < around.n_samples or not speeds.max() < cells.top:
         raise ProofError(
             f"the orbit has {len(seen.wall)} impacts, with speeds up to {seen.speed.max():.6g}; expected: "
-            f"{around.skip + around.sample}, on the attractor below {cells.top:g}"
+            f"{around.transient + around.n_samples}, on the attractor below {cells.top:g}"
         )
     cells = closed_set(flow, cells, around.depth, (int(walls[0]), float(phases[0]), float(speeds[0])))
     side, zero = cells.side << around.depth, _zero(cells)
@@ -47,8 +47,8 @@ def closed_around(system: "ImpactSystem", start: "StateLike", flow: Flow, cells:
     area = np.bincount(cells.place[zero, 0], (cells.place[zero, 2] / cells.n * side) ** 2, len(system.letters))
     parts = (f"{n:.0f} and {m} on wall {letter}" for n, m, letter in zip(area, met, system.letters, strict=True))
     return cells, (
-        f"cells of {side} x {side} in the closed set, and those of {around.sample} impacts after {around.skip} (sampled): "
-        + ", ".join(parts)
+        f"cells of {side} x {side} in the closed set, and those of {around.n_samples} impacts after {around.transient} "
+        f"(sampled): {', '.join(parts)}"
     )
 
 

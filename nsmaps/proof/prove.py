@@ -37,8 +37,8 @@ def prove(
     top: float,
     side: int = 128,
     depth: int = 4,
-    cuts: int = 0,
-    periods: int = 4,
+    n_cuts: int = 0,
+    max_periods: int = 4,
     around: Around | None = None,
     radii: Mapping[str, float] | None = None,
     cycles: Sequence[tuple["StateLike", int]] = (),
@@ -56,8 +56,8 @@ def prove(
         top: impact speed up to which states are considered, on each wall.
         side: number of cells along phase and speed before any is divided, a power of two.
         depth: how often cells that are left are divided into four.
-        cuts: how often those that are still left are then cut into two strips along the stable sets of saddles.
-        periods: of the forcing, the longest flight that is followed.
+        n_cuts: how often those that are still left are then cut into two strips along the stable sets of saddles.
+        max_periods: of the forcing, the longest flight that is followed.
         around: the closed set to be found; None for convergence to the cycle.
         radii: of parameters by name on which walls alone depend: the proof is for all their values within.
         cycles: states near cycles, with their periods, that are to be proved to exist.
@@ -67,7 +67,7 @@ def prove(
         ProofError: the system is of another kind, the cycle is not stable, no trap or closed set is found, or one of `cycles` is
             not proved.
     """
-    _check(side, depth, cuts, periods, top)
+    _check(side, depth, n_cuts, max_periods, top)
     top = math.ceil(top * 2**BITS) / 2**BITS
     equation = equation_of(system, radii)
     letters = [wall["letter"] for wall in equation["walls"]]
@@ -75,7 +75,7 @@ def prove(
     known = [stated(system, balls, periodic_orbit(system, near, returns)) for near, returns in cycles]
     finest = max(depth, around.depth if around else 0)
     n = side * FINEST << finest
-    flow, cells = flow_of(equation, n, n // side, periods, top), base_grids(len(letters), side, n, top)
+    flow, cells = flow_of(equation, n, n // side, max_periods, top), base_grids(len(letters), side, n, top)
     about = {"system": repr(system), "program": f"nsmaps {version('nsmaps')}"} | ({"radii": repr(dict(radii))} if radii else {})
     if around:
         trap, (cells, about["attractor"]) = None, closed_around(system, start, flow, cells, around)
@@ -87,20 +87,20 @@ def prove(
             return trapped(trap, wall, phases, n, speeds) if trap else np.zeros(len(wall), bool)
 
         def reached(level: int, shares: Any) -> bool:
-            beat((level + 1) / (depth + cuts + 1), f"{level} divisions, {100 * float(np.mean(shares)):.3g} % found")
+            beat((level + 1) / (depth + n_cuts + 1), f"{level} divisions, {100 * float(np.mean(shares)):.3g} % found")
             return not asked()
 
-        cells = search(flow, cells, depth, inside, reached, cuts)
-    grid = {"side": side, "depth": finest, "top": top, "periods": periods, "closed": bool(around)}
+        cells = search(flow, cells, depth, inside, reached, n_cuts)
+    grid = {"side": side, "depth": finest, "top": top, "periods": max_periods, "closed": bool(around)}
     codes, slopes = codes_of(cells)
     return Certificate(about, equation, trap._asdict() if trap else {}, grid, codes, known, slopes=slopes)
 
 
-def _check(side: int, depth: int, cuts: int, periods: int, top: float) -> None:
-    if side < 32 or side & (side - 1) or not 0 <= depth <= 12 or not 0 <= cuts <= 12 or periods < 1 or not top > 0:
+def _check(side: int, depth: int, n_cuts: int, max_periods: int, top: float) -> None:
+    if side < 32 or side & (side - 1) or not 0 <= depth <= 12 or not 0 <= n_cuts <= 12 or max_periods < 1 or not top > 0:
         raise ProofError(
-            f"side {side}, depth {depth}, cuts {cuts}, periods {periods}, top {top:g}; expected: a power of two from 32 on, "
-            "up to 12, up to 12, from 1 on, and above 0"
+            f"side {side}, depth {depth}, n_cuts {n_cuts}, max_periods {max_periods}, top {top:g}; expected: a power of two "
+            "from 32 on, up to 12, up to 12, from 1 on, and above 0"
         )
 
 

@@ -76,8 +76,8 @@ def strips() -> None:
 
 def proofs() -> None:
     """The search for proofs."""
-    shape = {"side": 64, "top": 1.0633, "periods": 2}
-    prove(nsmaps.load_system("vi_pair", d=0.35, g_bar=0.2113275), [0.83, 0.36], depth=1, cuts=1, **shape)
+    shape = {"side": 64, "top": 1.0633, "max_periods": 2}
+    prove(nsmaps.load_system("vi_pair", d=0.35, g_bar=0.2113275), [0.83, 0.36], depth=1, n_cuts=1, **shape)
     prove(nsmaps.load_system("vi_pair", d=0.26, g_bar=0.2113275), [0.7, 0.3], depth=0, around=Around(0, 500, 1000), **shape)
 
 

@@ -182,7 +182,7 @@ def test_check_system_finds_no_fault():
 def test_the_cells_of_the_study_are_proved_to_be_forward_invariant():
     """The currents from I_ref - alpha to I_ref are carried into themselves: their cells, and images of those beside them."""
     pytest.importorskip("flint")
-    made = prove_map(BoostConverter(alpha=2.5, I_ref=4), start=[3.3], window=[[0, 5]], cells=256)
+    made = prove_map(BoostConverter(alpha=2.5, I_ref=4), start=[3.3], box=[[0, 5]], n_cells=256)
     inside = np.flatnonzero(made.codes == 0)
     assert verify(made).closed.size == len(inside) < 2.5 / 5 * 256 + 8
     assert {*range(int(1.5 / 5 * 256) + 1, int(4 / 5 * 256))} <= set(inside.tolist())

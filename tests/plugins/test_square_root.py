@@ -185,7 +185,7 @@ def test_check_system_finds_no_fault():
 def test_the_cells_that_are_proved_to_be_forward_invariant_cover_the_attractor():
     """The map carries [mu - sqrt(mu), mu] into itself, for a < 1: its cells and few beside them; the root there is steep."""
     pytest.importorskip("flint")
-    made = prove_map(SquareRoot(a=0.8, mu=0.05), cycles=[([0.0023], 1)], start=[0.01], window=[[-0.5, 0.5]], cells=1024)
+    made = prove_map(SquareRoot(a=0.8, mu=0.05), cycles=[([0.0023], 1)], start=[0.01], box=[[-0.5, 0.5]], n_cells=1024)
     proved = verify(made)
     low, high = (0.05 - np.sqrt(0.05) + 0.5) * 1024, (0.05 + 0.5) * 1024
     inside = np.flatnonzero(made.codes == 0)

@@ -34,7 +34,7 @@ from nsmaps.verify.trap import contraction, trap_of
 
 PAIR = {"d": 0.35, "r": 0.5, "g_bar": 0.2113275}
 KEPT = Path(__file__).parents[2] / "docs" / "certificates"
-SHAPES = {"side": 256, "depth": 0, "top": 1.0633, "periods": 2}
+SHAPES = {"side": 256, "depth": 0, "top": 1.0633, "max_periods": 2}
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ from nsmaps.proof.prove import prove
 from nsmaps.verify.cells import SPLIT, CertificateError, Grid, tree_of
 from nsmaps.verify.certificate import Certificate, statement, verify
 
-SHAPES = {"side": 256, "depth": 0, "top": 1.0633, "periods": 2}
+SHAPES = {"side": 256, "depth": 0, "top": 1.0633, "max_periods": 2}
 START, FINE = [0.7, 0.3], 512
 LEFT, TOP = 65535, 1089 / 1024
 
@@ -31,7 +31,7 @@ def pair():
 
 @pytest.fixture(scope="module")
 def certificate(pair):
-    return prove(pair, START, around=Around(depth=1, skip=500, sample=5000), **SHAPES)
+    return prove(pair, START, around=Around(depth=1, transient=500, n_samples=5000), **SHAPES)
 
 
 def expanded(certificate, walls):
@@ -150,7 +150,7 @@ def test_all_states_of_the_oscillator_are_proved_to_converge(monkeypatch):
     for key, value in (("SIZES", (0.03,)), ("SHAPES", ((0.6, (8, 4)),)), ("TURNS", (1,))):
         monkeypatch.setattr(f"nsmaps.proof.trap.{key}", value)
     system = nsmaps.load_system("impact_oscillator", zeta=0.1, w=0.8, A=1.0, wall=0.4, r=0.7)
-    made = prove(system, {"v": 0.766, "phi": 1.179}, 2, top=3, side=128, depth=4, periods=2)
+    made = prove(system, {"v": 0.766, "phi": 1.179}, 2, top=3, side=128, depth=4, max_periods=2)
     proved = verify(made)
     assert proved.shares == (1.0,)
     assert "none is left open" in statement(proved, made)
@@ -181,7 +181,7 @@ def test_theorems_of_other_systems(tmp_path, monkeypatch, name, shape, words, le
     data = yaml.safe_load(study_files(plugin)[study].read_text(encoding="utf-8"))
     data["proof"] |= shape
     if "closed_set" in data["proof"]:
-        data["proof"]["closed_set"] = {"depth": 0, "skip": 200, "sample": 100}
+        data["proof"]["closed_set"] = {"depth": 0, "transient": 200, "n_samples": 100}
     (tmp_path / "small.yaml").write_text(yaml.safe_dump(data), encoding="utf-8")
     path = tmp_path / "small.proof"
     made = CliRunner().invoke(app, ["prove", str(tmp_path / "small.yaml"), "--out", str(path), "-q"])

@@ -213,7 +213,7 @@ def test_a_horseshoe_of_the_lozi_map_and_wrong_ones(lozi: Lozi, tmp_path: Path) 
 
 def test_cells_that_are_forward_invariant_hold_long_orbits(tmp_path: Path) -> None:
     gentle = Lozi(a=1.4, b=0.3)
-    made = prove_map(gentle, start=[0.1, 0.1], window=[[-2, 2], [-1, 1]], cells=128, parts=2)
+    made = prove_map(gentle, start=[0.1, 0.1], box=[[-2, 2], [-1, 1]], n_cells=128, n_parts=2)
     found = proved(made, tmp_path).closed
     assert found is not None
     inside = made.codes.reshape(128, 128) == 0
@@ -237,7 +237,7 @@ def test_a_set_of_cells_on_the_circle() -> None:
         def pieces(self, y: Any) -> Any:
             return {"A": (True, {"phi": y.phi + sp.pi * sp.Rational(2, 3) + sp.sin(3 * y.phi) / 5})}
 
-    made = prove_map(Contracted(), start=[1.0], window={"phi": (0, 2 * np.pi)}, cells=100, parts=4)
+    made = prove_map(Contracted(), start=[1.0], box={"phi": (0, 2 * np.pi)}, n_cells=100, n_parts=4)
     found = verify(made)
     assert isinstance(found, VerifiedMap)
     assert found.closed is not None
@@ -250,8 +250,8 @@ def test_a_set_of_cells_on_the_circle() -> None:
 
 def test_advice_where_no_proof_is_found(lozi: Lozi) -> None:
     with pytest.raises(ProofError, match="larger box, or more cells"):
-        prove_map(lozi, start=[0.1, 0.1], window={"x": (-1, 1), "y": (-0.5, 0.5)}, cells=16)
-    with pytest.raises(ProofError, match="window of states"):
+        prove_map(lozi, start=[0.1, 0.1], box={"x": (-1, 1), "y": (-0.5, 0.5)}, n_cells=16)
+    with pytest.raises(ProofError, match="box of states"):
         prove_map(lozi, start=[0.1, 0.1])
     with pytest.raises(ProofError, match="no cycle of 3 returns"):
         prove_map(lozi, cycles=[([0.1, 0.1], 3)])

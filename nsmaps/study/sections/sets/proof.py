@@ -28,17 +28,17 @@ class ClosedSet(BaseModel):
 
     model_config = SPEC
     depth: int = Field(4, ge=0, le=12, description="how often cells around the attractor are divided into four")
-    skip: int = Field(
+    transient: int = Field(
         2000, ge=0, description="impacts (returns of a map by formulas) of the orbit from `start` before it is on the attractor"
     )
-    sample: int = Field(
+    n_samples: int = Field(
         1_000_000, ge=1, description="impacts or returns after those, whose cells are counted beside those of the closed set"
     )
     box: Bounds | None = Field(
         None, description="states that are divided into cells, of an angle the whole circle; required for maps by formulas"
     )
-    cells: int | dict[str, int] = Field(64, description="of a map by formulas: cells along each coordinate")
-    parts: int = Field(
+    n_cells: int | dict[str, int] = Field(64, description="of a map by formulas: cells along each coordinate")
+    n_parts: int = Field(
         4,
         ge=1,
         le=64,
@@ -64,10 +64,10 @@ class ProofSection(Analysis):
     )
     side: int = Field(128, ge=32, description="a power of two: cells along phases and along speeds before any is divided")
     depth: int = Field(4, ge=0, le=12, description="how often cells that are left are divided into four")
-    cuts: int = Field(
+    n_cuts: int = Field(
         0, ge=0, le=12, description="how often those still left are cut into two strips along the stable sets of saddles"
     )
-    periods: int = Field(4, ge=1, description="periods of the forcing, the duration up to which flights are followed")
+    max_periods: int = Field(4, ge=1, description="periods of the forcing, the duration up to which flights are followed")
     radii: dict[str, Number] = Field(
         default_factory=dict,
         description="radii of parameters on which walls alone depend, linearly: the proof is for all values within",
@@ -112,4 +112,4 @@ def check_proof(binding: "Binding", key: str) -> None:
         raise binding.study.source.error((key,), str(error)) from None
 
 
-OF_FLIGHTS = {"top", "side", "depth", "cuts", "periods", "radii"}  #: keys about cells of phase and speed
+OF_FLIGHTS = {"top", "side", "depth", "n_cuts", "max_periods", "radii"}  #: keys about cells of phase and speed
