@@ -1,6 +1,8 @@
 """Parameters of a system from measured records, by multiple shooting from several starts."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -11,10 +13,10 @@ from nsmaps.estimation.result import Estimate
 from nsmaps.estimation.shooting.event_map import EventModel
 from nsmaps.estimation.shooting.fitting import Fit, fit
 from nsmaps.estimation.shooting.growth import Guess, first_counts, first_guesses, grown, is_good
-from nsmaps.estimation.shooting.guesses import library_of
+from nsmaps.estimation.shooting.guesses import Library, library_of
 from nsmaps.estimation.shooting.inference import spread_of
-from nsmaps.estimation.shooting.measured import after_transient, check_names, return_time, shooting_of
-from nsmaps.estimation.shooting.problem import Problem, check_model
+from nsmaps.estimation.shooting.measured import after_transient, check_names, check_unit, return_time, shooting_of
+from nsmaps.estimation.shooting.problem import GAP, Problem, check_model
 from nsmaps.estimation.shooting.strobes import ReturnShooting, fit_returns
 from nsmaps.estimation.space import Space, space_of
 from nsmaps.estimation.summary import Found, estimate_of, pairs_of, starts_of
@@ -24,6 +26,7 @@ from nsmaps.progress import beat, shows
 
 RETURNS = 8.0  #: returns of a segment
 STARTS, REFINED = 33, 4  #: values of the parameters that are tried, and the best of them, which are fitted
+UNIT_STARTS = 9  #: values of the parameters at which the time of returns is compared with that of the data
 LOSSES = "linear", "soft_l1", "huber", "cauchy", "arctan"
 
 
@@ -86,6 +89,7 @@ def estimate(
     _check_size(model, space, records)
     length = return_time(model, records)
     library = library_of(model, model.at(space.first), random, space.near(model), length)
+    check_unit(model, length, chain([library], _libraries(model, space, length)))
     known = tuple(bool(np.isfinite(record.noise).all()) for record in records)
     shooting = shooting_of(model, records, library, n_returns, length)
     problem = Problem(shooting, *space.of_unknowns(shooting), loss, known)
@@ -110,6 +114,14 @@ def _check_size(model: EventModel, space: Space, records: tuple[Record, ...]) ->
             f"{known} measured numbers for {unknown} unknowns, which are {', '.join(space.names)} and the start of each record; "
             "expected: as many at least"
         )
+
+
+def _libraries(model: EventModel, space: Space, length: float) -> Iterator[Library]:
+    """Motions at some values of the parameters within the range of the search."""
+    random = np.random.default_rng(0)
+    for values in space.points(UNIT_STARTS, random)[1:]:
+        with suppress(NsmapsError):  # no motion returns there
+            yield library_of(model, model.at(values), random, space.near(model), length)
 
 
 def _of_returns(
@@ -165,4 +177,14 @@ def _fits(problem: Problem, space: Space, n_guesses: int, length: float, random:
     if all(number for _, number in found):
         chosen, _ = grown(problem, own, counts)
         found += [(reached, one.number) for one in chosen if (reached := fit(problem, one.x)) is not None]
-    return found
+    return found + _rivals(problem, guesses, counts, found)
+
+
+def _rivals(problem: Problem, guesses: list[Guess], counts: list[int], found: list[tuple[Fit, int]]) -> list[tuple[Fit, int]]:
+    """Minima reached from guesses that were not tried, of the start of the best one, which may lie beside it and be better."""
+    if not found:
+        return []
+    best, number = min(found, key=lambda one: one[0].cost)
+    limit = best.cost * (1 + GAP**2 / len(best.residuals))
+    others, _ = grown(problem, [one for one in guesses if one.number == number], counts, limit)
+    return [(reached, number) for one in others if (reached := fit(problem, one.x)) is not None]

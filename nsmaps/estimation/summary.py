@@ -47,6 +47,8 @@ def estimate_of(
     profiled = False if profiled is None and probability < POOR else profiled  # the errors of a false minimum say nothing
     lines = _profiles(problem, found[0], errors, noise, profiled)
     intervals, bent = intervals_of(best.x[:free], errors, lines, problem.limits)
+    groups = distinct(found, free, noise)
+    intervals = with_rivals(intervals, [group[0] for group in groups], noise, problem.limits)
     names = shooting.model.free
     return Estimate(
         names=names,
@@ -64,7 +66,7 @@ def estimate_of(
         noise=noise,
         probability=probability,
         converged=best.converged,
-        minima=minima_of(found, free, noise),
+        minima=minima_of(groups, free, noise),
         profiles={name: Profile(one.values, one.chi2 / noise**2) for name, one in zip(names, lines, strict=True) if one},
         records=records,
         coordinates=tuple(map(str, shooting.model.definition.coordinates)),
@@ -123,11 +125,29 @@ def intervals_of(
     return np.stack([np.maximum(found[..., 0], low), np.minimum(found[..., 1], high)], axis=-1), np.array(bent, bool)
 
 
-def minima_of(found: Sequence[Found], free: int, noise: float) -> Minima:
-    """The distinct minima, the best first, with weights by Laplace's approximation."""
-    distinct: list[list[Found]] = []
+def with_rivals(intervals: Floats, firsts: Sequence[Found], noise: float, limits: tuple[Floats, Floats]) -> Floats:
+    """Intervals (P, level, 2) that enclose those of other minima, where these are as likely as the ends of the interval.
+
+    The sum of squares near each is taken as quadratic.
+    """
+    from scipy.stats import chi2 as distribution
+
+    best, free = firsts[0].fit, len(intervals)
+    low, high = (limit[:free, None] for limit in limits)
+    for one in firsts[1:]:
+        room = distribution.ppf(LEVELS, 1) - (one.fit.cost - best.cost) / noise**2
+        wide = noise * np.sqrt(np.diag(one.spread.covariance))[:, None] * np.sqrt(np.maximum(room, 1e-300))
+        ends = [np.maximum(one.fit.x[:free, None] - wide, low), np.minimum(one.fit.x[:free, None] + wide, high)]
+        enclosing = np.stack([np.minimum(intervals[..., 0], ends[0]), np.maximum(intervals[..., 1], ends[1])], axis=-1)
+        intervals = np.where((room > 0)[:, None], enclosing, intervals)
+    return intervals
+
+
+def distinct(found: Sequence[Found], free: int, noise: float) -> list[list[Found]]:
+    """Fits by the minimum that they reached, the best first."""
+    groups: list[list[Found]] = []
     for one in found:
-        for group in distinct:
+        for group in groups:
             first = group[0]
             errors = noise * np.sqrt(np.diag(first.spread.covariance))
             near = np.abs(one.fit.x[:free] - first.fit.x[:free]) <= SAME * errors
@@ -135,8 +155,13 @@ def minima_of(found: Sequence[Found], free: int, noise: float) -> Minima:
                 group.append(one)
                 break
         else:
-            distinct.append([one])
-    firsts = [group[0] for group in distinct]
+            groups.append([one])
+    return groups
+
+
+def minima_of(groups: Sequence[Sequence[Found]], free: int, noise: float) -> Minima:
+    """The distinct minima, the best first, with weights by Laplace's approximation."""
+    firsts = [group[0] for group in groups]
     volumes = [0.5 * np.linalg.slogdet(one.spread.covariance)[1] for one in firsts]
     logs = np.array([-0.5 * one.fit.cost / noise**2 + volume for one, volume in zip(firsts, volumes, strict=True)])
     weights = np.exp(logs - logs.max())
@@ -145,7 +170,7 @@ def minima_of(found: Sequence[Found], free: int, noise: float) -> Minima:
         np.array([one.fit.chi2 for one in firsts]) / noise**2,
         np.array([one.fit.unpaired for one in firsts]),
         weights / weights.sum(),
-        np.array([len({one.start for one in group}) for group in distinct]),
+        np.array([len({one.start for one in group}) for group in groups]),
     )
 
 

@@ -184,8 +184,9 @@ def test_records_of_other_systems_and_units_are_refused_in_one_line() -> None:
     with pytest.raises(DataError, match="the record is not of VIPair: there is no wall 'C'") as error:
         nsmaps.estimate(PAIR, Record.of([0.0, 1.0], "BC"), free=["r"])
     assert "\n" not in str(error.value)
-    with pytest.raises(DataError, match=r"returns take about .* expected: `time_unit`"):
-        nsmaps.estimate(PAIR, Record.of(TIMES * 1e-4, WALLS.tolist(), noise=1e-7), free=["r"], n_guesses=1)
+    for factor in (1e-4, 2 * np.pi, 25.0):
+        with pytest.raises(DataError, match=r"returns take about .* the unit of time may be wrong; expected: `time_unit`"):
+            nsmaps.estimate(PAIR, Record.of(TIMES * factor, WALLS.tolist(), noise=1e-7), free=["r"])
     with pytest.raises(DataError, match="there is no state 'X'"):
         nsmaps.estimate(PAIR, Record.of(sample_times=[0.0, 1.0], samples={"X": [0.0, 1.0]}, sample_noise=0.1), free=["r"])
     with pytest.raises(DataError, match="1 measured numbers for 4 unknowns, which are r and the start of each record"):

@@ -112,8 +112,13 @@ def _joined(shooting: Shooting, ranked: Sequence[Sequence[Guess]], choice: Seque
     return Guess(x, chosen[0].number, sum(one.cost for one in chosen))
 
 
-def grown(problem: Problem, guesses: Sequence[Guess], counts: Sequence[int]) -> tuple[list[Guess], list[Guess]]:
-    """The best guesses after all extensions, and those that were not tried, as a better one of their start is good."""
+def grown(
+    problem: Problem, guesses: Sequence[Guess], counts: Sequence[int], limit: float = np.inf
+) -> tuple[list[Guess], list[Guess]]:
+    """The best guesses after all extensions, and those that were not tried, as a better one of their start is good.
+
+    With a limit all are tried, and left out where the beginning alone costs more.
+    """
     whole, waiting = [len(record.times) + len(record.sample_times) for record in problem.shooting.records], list[Guess]()
     left, last = sorted(guesses, key=lambda one: one.cost), False
     while left and not last:
@@ -124,9 +129,10 @@ def grown(problem: Problem, guesses: Sequence[Guess], counts: Sequence[int]) -> 
                 waiting.append(guess)
                 continue
             one = grow(problem, guess, counts)
-            if one is not None and not any(_same(problem, one, other) for other in longer):
+            if one is not None and one.cost < limit and not any(_same(problem, one, other) for other in longer):
                 longer.append(one)
-                good |= {one.number} if one.cost < GOOD * sum(map(min, counts, whole)) else set()
+                enough = limit == np.inf and one.cost < GOOD * sum(map(min, counts, whole))
+                good |= {one.number} if enough else set()
         left = sorted(longer, key=lambda one: one.cost)[: max(KEPT, len(left) // 2)]
         counts = [int(np.ceil(GROWTH * count)) for count in counts]
     return left, waiting

@@ -12,11 +12,12 @@ from nsmaps.estimation.shooting.event_map import EventMap, EventModel, before_sy
 from nsmaps.estimation.shooting.problem import Measured
 from nsmaps.exact.returns import Returns
 
-ORBITS, RETURNS = 48, 40  #: of the library of states
+ORBITS, RETURNS, BLOCK = 48, 40, 8  #: of the library of states, and returns of which mean times are taken
 STATES = 600  #: of these, and of further ones within their range
 CANDIDATES, NEAREST = 600, 400  #: starts that are fitted to the first impacts, and those of them that are nearest in phase
 STAGES, GROWTH = 4, 1.4  #: beginnings to which starts are fitted, and the growth of the number of their instants
 REFINED, ITERATIONS = 8, 8  #: starts that remain, and steps of each fit
+LEAST, TINY, DAMPED = 1e-3, 1e-6, 1e3  #: fall of a cost, relative and absolute, and damping, beyond which a fit ends
 SAME = 1e-4  #: of spreads: starts that differ by less are the same
 EXCESS = 0.25  #: cost of an impact of the model that the record does not have, relative to a mean interval squared
 TOLERANCE = 0.1  #: of the spread of a state: differences that score
@@ -32,6 +33,7 @@ class Library:
     next_phase: Floats  #: shape (L,), at the end of the return
     duration: Floats  #: shape (L,)
     typical: float  #: time of a return, as of one under way at a random instant
+    means: tuple[float, float]  #: least and greatest mean time of `BLOCK` successive returns
 
     @property
     def spread(self) -> Floats:
@@ -69,7 +71,9 @@ def library_of(model: EventModel, event_map: EventMap, rng: np.random.Generator,
     both = Returns.concatenate([found] if inner is None else [found, inner])
     phases = both.start[:, angles].sum(axis=1), both.image[:, angles].sum(axis=1)
     typical = float(np.nansum(orbits.time[orbits.valid] ** 2) / np.nansum(orbits.time[orbits.valid]))
-    return Library(both.start[:, ~angles], *phases, both.time, typical)
+    blocks = np.where(orbits.valid, orbits.time, np.nan).reshape(-1, BLOCK, ORBITS).mean(axis=1)
+    means = float(np.nanmin(blocks, initial=np.inf)), float(np.nanmax(blocks, initial=0.0))
+    return Library(both.start[:, ~angles], *phases, both.time, typical, means)
 
 
 def _weighted(found: Returns, rng: np.random.Generator, length: float) -> Returns | None:
@@ -154,39 +158,53 @@ def first_count(model: EventModel, record: Measured) -> int:
 def _refined(event_map: EventMap, record: Measured, x: Floats) -> tuple[Floats, Floats]:
     """Starts with phases, shape (K, c + 2), nearer to impacts, by Levenberg and Marquardt's method all at once, and their costs.
 
+    Starts whose costs do not fall any more are left as they are.
+    """
+    if not len(record.times):
+        return x, np.zeros(len(x))
+    free = x.shape[1] - 1 + int(record.offset is None and event_map.rate > 0)
+    best, costs, damping = x.copy(), np.full(len(x), np.inf), np.full(len(x), 1e-2)
+    values, slopes = np.zeros((len(x), len(record.times))), np.zeros((len(x), len(record.times), free))
+    left = np.arange(len(x))
+    for _ in range(ITERATIONS):
+        cost, value, slope = _compared(event_map, record, x, free)
+        better = cost < costs[left]
+        falls = np.where(better, cost < (1 - LEAST) * costs[left] - TINY, damping[left] < DAMPED)
+        mine = left[better]
+        best[mine], costs[mine], values[mine], slopes[mine] = x[better], cost[better], value[better], slope[better]
+        damping[left] = np.clip(np.where(better, damping[left] / 10, damping[left] * 10), 1e-9, 1e9)
+        left = left[falls]
+        if not len(left):
+            break
+        squares = slopes[left].swapaxes(1, 2) @ slopes[left]
+        squares += np.eye(free) * (damping[left, None] * np.einsum("kii->ki", squares) + 1e-12)[:, None, :]
+        x = best[left]
+        x[:, :free] -= np.linalg.solve(squares, slopes[left].swapaxes(1, 2) @ values[left, :, None])[..., 0]
+        if event_map.model.is_impact:
+            x[:, 0] = np.where(x[:, 0] > 0, x[:, 0], best[left, 0] / 2)
+    return best, costs
+
+
+def _compared(event_map: EventMap, record: Measured, x: Floats, free: int) -> tuple[Floats, Floats, Floats]:
+    """Costs (K,) of starts, differences of times (K, N) and their derivatives (K, N, free), zero where they do not count.
+
     Squared differences of times from the nearest impact of the model with this letter count, in units of the mean interval, 1 at
     most, and each impact that the model has more.
     """
-    hits, width = record.times, x.shape[1] - 1
-    if not len(hits):
-        return x, np.zeros(len(x))
-    free = np.arange(width + int(record.offset is None and event_map.rate > 0))
-    interval, n = (hits[-1] - hits[0]) / max(len(hits) - 1, 1), len(hits) + 4
-    best, costs, damping = x, np.full(len(x), np.inf), np.full(len(x), 1e-2)
-    values, slopes = np.zeros((len(x), len(hits))), np.zeros((len(x), len(hits), len(free)))
-    known = record.letters >= 0
-    for _ in range(ITERATIONS):
-        events = event_map.events(x[:, :-1], x[:, -1], n)
-        times = np.where((events.letter >= 0) & np.isfinite(events.time), events.time, np.inf)
-        away = times[:, None, :] - hits[:, None]
-        away[known[:, None] & (events.letter[:, None, :] != record.letters[:, None])] = np.inf
-        nearest = np.argmin(np.abs(away), axis=2)
-        value = np.take_along_axis(away, nearest[..., None], axis=2)[..., 0] / interval
-        slope = events.time_by[np.arange(len(x))[:, None], nearest][..., free] / interval
-        near = (np.abs(value) < 1) & np.isfinite(slope).all(axis=2)
-        inside = ((times >= hits[0] - 0.1 * interval) & (times <= hits[-1] + 0.1 * interval)).sum(axis=1)
-        cost = np.where(near, value**2, 1.0).sum(axis=1) + EXCESS * np.maximum(inside - len(hits), 0)
-        better = cost < costs
-        best, costs = np.where(better[:, None], x, best), np.where(better, cost, costs)
-        values[better], slopes[better] = np.where(near, value, 0.0)[better], np.where(near[..., None], slope, 0.0)[better]
-        damping = np.clip(np.where(better, damping / 10, damping * 10), 1e-9, 1e9)
-        squares = slopes.swapaxes(1, 2) @ slopes
-        squares += np.eye(len(free)) * (damping[:, None] * np.einsum("kii->ki", squares) + 1e-12)[:, None, :]
-        x = best.copy()
-        x[:, free] -= np.linalg.solve(squares, slopes.swapaxes(1, 2) @ values[..., None])[..., 0]
-        if event_map.model.is_impact:
-            x[:, 0] = np.where(x[:, 0] > 0, x[:, 0], best[:, 0] / 2)
-    return best, costs
+    hits, known = record.times, record.letters >= 0
+    interval, rows = (hits[-1] - hits[0]) / max(len(hits) - 1, 1), np.arange(len(x))[:, None]
+    events = event_map.events(x[:, :-1], x[:, -1], len(hits) + 4)
+    times = np.where((events.letter >= 0) & np.isfinite(events.time), events.time, np.inf)
+    away = times[:, None, :] - hits[:, None]
+    away[known[:, None] & (events.letter[:, None, :] != record.letters[:, None])] = np.inf
+    nearest = np.argmin(np.abs(away), axis=2)
+    value = np.take_along_axis(away, nearest[..., None], axis=2)[..., 0] / interval
+    places = np.arange(free) if free < x.shape[1] else np.append(np.arange(free - 1), -1)
+    slope = events.time_by[rows, nearest][..., places] / interval
+    near = (np.abs(value) < 1) & np.isfinite(slope).all(axis=2)
+    inside = ((times >= hits[0] - 0.1 * interval) & (times <= hits[-1] + 0.1 * interval)).sum(axis=1)
+    cost = np.where(near, value**2, 1.0).sum(axis=1) + EXCESS * np.maximum(inside - len(hits), 0)
+    return cost, np.where(near, value, 0.0), np.where(near[..., None], slope, 0.0)
 
 
 def _candidates(event_map: EventMap, record: Measured, library: Library, rng: np.random.Generator, early: bool) -> Floats:

@@ -1,6 +1,6 @@
 """Records in the units of a system, cut into segments, as a problem of multiple shooting."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -15,7 +15,8 @@ from nsmaps.estimation.shooting.problem import Measured, Shooting, Units, with_n
 
 SAMPLED = "samples", "sample_noise"  #: fields of records by state
 UNKNOWN_NOISE = 0.01  #: of the mean interval of impacts: deviations that stand in for unknown ones
-LENGTHS = 300.0  #: of returns in the data, over those of the model, beyond which the unit of time is wrong
+LONGER = 1.5  #: mean time of returns in the data over the greatest of the model, beyond which the unit of time is wrong
+SHORTER = 300.0  #: a usual time of the model over that in the data, likewise: chatter may be short without a bound
 
 
 def after_transient(record: Record, transient: float) -> Record:
@@ -47,13 +48,23 @@ def return_time(model: EventModel, records: Sequence[Record]) -> float:
     return total / count if total > 0 else np.nan
 
 
+def check_unit(model: EventModel, length: float, libraries: Iterable[Library]) -> None:
+    """Refuse records whose returns take a mean time `length` that motions do not have at any of several values of parameters."""
+    low, high, typical = np.inf, 0.0, 0.0
+    for library in libraries:
+        low, high = min(low, library.means[0]), max(high, library.means[1])
+        typical = typical or library.typical
+        if np.isnan(length) or max(low / LONGER, typical / SHORTER) <= length <= high * LONGER:
+            return
+    raise DataError(
+        f"returns take about {length:.3g} units of the system's time in the data, {length / typical:.2g} times as long as in "
+        f"{type(model.system).__name__}, as no motion has; the unit of time may be wrong; expected: `time_unit`, the system's unit "
+        "of time in that of the record"
+    )
+
+
 def shooting_of(model: EventModel, records: Sequence[Record], library: Library, returns: float, length: float) -> Shooting:
-    """The residuals of several records, `length` as of `return_time`. DataError for one that cannot be of the system."""
-    if length * LENGTHS < library.typical or length > LENGTHS * library.typical:
-        raise DataError(
-            f"returns take about {length:.3g} units of the system's time in the data, and {library.typical:.3g} in "
-            f"{type(model.system).__name__}; expected: `time_unit`, the system's unit of time in that of the record"
-        )
+    """The residuals of several records, `length` as of `return_time`."""
     length = float(np.median(library.duration)) if np.isnan(length) else length
     measured, relative = [], []
     for record in records:
