@@ -120,7 +120,8 @@ def intervals_of(
     bent = [line is not None and misleads([line], values[k : k + 1], errors[k : k + 1])[0] for k, line in enumerate(lines)]
     for k, line in enumerate(lines):
         if line is not None and bent[k]:
-            found[k] = [crossing(line.values, line.chi2, multiple**2) for multiple in multiples]
+            ends = np.array([crossing(line.values, line.chi2, multiple**2) for multiple in multiples])
+            found[k] = np.where(np.isnan(ends), found[k], ends)
     low, high = (limit[: len(values), None] for limit in limits)
     return np.stack([np.maximum(found[..., 0], low), np.minimum(found[..., 1], high)], axis=-1), np.array(bent, bool)
 

@@ -58,8 +58,8 @@ def check_unit(model: EventModel, length: float, libraries: Iterable[Library]) -
             return
     raise DataError(
         f"returns take about {length:.3g} units of the system's time in the data, {length / typical:.2g} times as long as in "
-        f"{type(model.system).__name__}, as no motion has; the unit of time may be wrong; expected: `time_unit`, the system's unit "
-        "of time in that of the record"
+        f"{type(model.system).__name__}, as no motion has; the unit of time may be wrong; expected: `time_unit`, the system's "
+        "unit of time in that of the record"
     )
 
 
