@@ -15,7 +15,7 @@ HEIGHT, WIDTH = 1e4, 0.02
 
 
 class Valley:
-    """Residuals p and one that is zero on s = p^2 alone and falls beyond `WIDTH` of it, where steps go astray."""
+    """Residuals p and one that is zero on s = p^2 alone and falls beyond `WIDTH` of it, where steps miss it."""
 
     model = SimpleNamespace(free=("p",))
     size = 2

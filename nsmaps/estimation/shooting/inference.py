@@ -95,7 +95,7 @@ def _is_steep(rise: float, found: Fit) -> bool:
 def reached(problem: Problem, found: Fit, point: Held, number: int, value: float, halvings: int = HALVINGS) -> Held | None:
     """The next point of a profile, None where none is found: by steps that are halved where chi2 rises steeply.
 
-    The least residuals lie in a narrow valley where motions are sensitive, from which a long step leads astray.
+    The least residuals lie in a narrow valley where motions are sensitive, which a long step misses.
     """
     step, pairings = value - point.x[number], found.pairings
     x, chi2 = held(problem, pairings, point.x + point.slope * step, number, value), np.inf
