@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from systems import Cam
 
 from nsmaps import PiecewiseMap, bifurcation_diagram, continue_branch, load_system, orbit, periodic_orbit
 from nsmaps.dynamics.diagrams.borders import LOCATED, CycleSearch, Located
@@ -132,3 +133,27 @@ def test_a_doubled_cycle_ends_at_a_halving_where_a_step_ends_beside_it():
     end = cycles.end(Located(value, cycle), 3.6746, 0.0006688963210702347)
     assert (end.border.kind, len(end.half.cycle.states)) == ("period halving", 9)
     assert abs(end.border.value - 3.687274210536) < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("system", "name", "low", "high"),
+    [
+        (load_system("bouncing_ball", Gamma=1.2, r=0.4), "Gamma", 1.05, 1.95),
+        (Cam(w=70.0, r=0.4, k=100, c=0.5, preload=40, a=0.01, b=0.002), "w", 70.0, 80.0),  # beyond is a cycle with a fold
+    ],
+)
+def test_complete_chatter_once_a_period_ends_where_orbits_leave_it(system, name, low, high):
+    """Orbits rest once a period before the border, whatever the number of impacts summed, and at other times beyond."""
+    made = bifurcation_diagram(system, name, np.linspace(low, high, 19), [0.1, 1.0], transient=300, direction="up", borders=True)
+    window = made.windows[0]
+    assert (window.label, window.high.kind, window.high.precision < 1e-4 * high) == ("B~B/T", "change of motion", True)
+
+    def rests_once(value):
+        moved, k = system.at(**{name: value}), int(np.searchsorted(made.values, value)) - 1
+        settled = orbit(moved, made.states[k, 0, -1], 1000).final
+        path = orbit(moved, settled, 200)
+        turns = path.turns[:, 1].cumsum()[[word.endswith("~") for word in path.words]]
+        return turns.size > 2 and (np.diff(turns) == 1).all()
+
+    assert rests_once(window.high.value - 2 * window.high.precision)
+    assert not rests_once(window.high.value + 2 * window.high.precision)

@@ -85,9 +85,9 @@ def test_a_plane_has_the_word_of_each_cell_s_middle(scene):
 def test_a_scene_saved_is_a_study_that_runs(tmp_path):
     scene = scene_of(nsmaps.load_study("vi_pair/bifurcation")).at(d=0.3).placed(0.5, 0.7)
     path = tmp_path / "mine.yaml"
-    path.write_text(resolved(study_of(scene, "mine")))
+    path.write_text(resolved(study_of(scene, "mine", "down")))
     study = nsmaps.load_study(path)
-    assert study.system_object().d == 0.3
+    assert (study.system_object().d, study.bifurcation_diagram.direction) == (0.3, "down")
     assert study.title == "vi_pair at d = 0.3, r = 0.5, g_bar = 0.211328, explored by hand"
     again = scene_of(study)
     assert (again.parameter, again.values, again.plane) == (scene.parameter, scene.values, scene.plane)

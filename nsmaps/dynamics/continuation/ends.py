@@ -59,7 +59,7 @@ def end_of(grown: GrowingBranch, along: Floats) -> str:
     if event is None and _summation_changes(grown):
         return (
             f"lost at {last.value:.9g}, where the number of impacts before chatter is summed changes; expected: complete chatter "
-            "as one event, by CompleteChatter, or, with modes, a section at a clock"
+            "as one event, by nsmaps.dynamics.CompleteChatter, or, with modes, a section at a clock"
         )
     event = event or _leaves_its_pieces(grown, along)
     for end in (becomes_equilibrium, _grazes, _never_returns, vanishes, _meets_a_border, _has_no_image):

@@ -132,6 +132,8 @@ class Change:
         border = begins.border
         if not self.wide[0]:
             return NOT_LOCATED, border
+        if not kind_of(self.runs.motion(self.one)):  # a cycle too long to be followed, as with chatter
+            return self._by_orbits()[0], border
         if onset := self._onset(begins, self.inner, self.other, 1):
             return onset, border
         at, first = self.runs.origin(self.other, -1)

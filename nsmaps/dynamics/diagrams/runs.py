@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
-from nsmaps.dynamics.diagrams.borders import MOST_STATES, CycleSearch, End, Located
+from nsmaps.dynamics.diagrams.borders import MOST_STATES, WORDS, CycleSearch, End, Located
 from nsmaps.dynamics.diagrams.diagram import BifurcationDiagram, continued_diagram
 from nsmaps.dynamics.limits.limit import Limit
 from nsmaps.dynamics.limits.path import Path
@@ -140,8 +140,15 @@ class Runs:
             at, end = self._cycle(run, way), None
             if at is not None:
                 end = self._end(at, run, way)
+            if end is not None and end.border.kind == WORDS and self._is_inside(end.border.value, run, way):
+                at, end = None, None
             self.known[run, way] = at, end
         return self.known[run, way]
+
+    def _is_inside(self, value: float, run: int, way: int) -> bool:
+        """True of a value before the last one of a run: its cycle has other words there, as chatter with more impacts."""
+        first, last = (self.value(place) for place in self.runs[run][::way])
+        return (value - last) * (last - first) < 0
 
     def _end(self, at: Located, run: int, way: int) -> End | None:
         """Where a cycle of a run ends, up to the middle of the next window."""

@@ -189,7 +189,7 @@ class App:
         try:
             if Path(name).name != name:
                 raise ValueError(f"{name!r} is not a name; expected: letters, digits, spaces and _, without a folder")
-            text = self._history() + resolved(study_of(self.scene, name))
+            text = self._history() + resolved(study_of(self.scene, name, self._way))
             with path.open("x", encoding="utf-8") as file:
                 file.write(text)
         except FileExistsError:
@@ -210,8 +210,13 @@ class App:
     # pictures
 
     def _attractors(self, scene: Scene, level: int, still: Progress) -> pictures.Diagram:
+        return pictures.diagram(scene, level, _ROWS, still, self._way)
+
+    @property
+    def _way(self) -> pictures.Way:
+        """How the diagram is followed."""
         ways: tuple[pictures.Way, ...] = None, "up", "down"
-        return pictures.diagram(scene, level, _ROWS, still, ways[self.page.follow.active or 0])
+        return ways[self.page.follow.active or 0]
 
     def _refresh(self, *keys: str) -> None:
         """Compute pictures anew, and give up what is being computed of them."""

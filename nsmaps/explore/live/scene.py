@@ -123,13 +123,14 @@ def span(system: "System", name: str) -> Range:
     return ends["low"], ends["high"]
 
 
-def study_of(scene: Scene, name: str) -> "Study":
+def study_of(scene: Scene, name: str, direction: str | None = None) -> "Study":
     """The scene as a study: system, parameters, diagram, plane, and the orbit of its start. ValueError for a name not valid."""
     from nsmaps.study.study import Study
 
     start = dict(zip(scene.coordinates, scene.start.tolist(), strict=True))
     axes = {each: scene.plane.get(each, (value, value)) for each, value in start.items()}
     low, high = scene.values
+    diagram = {"parameter": scene.parameter, "from": low, "to": high, "points": _VALUES, "starts": [start], "direction": direction}
     given = ", ".join(f"{name} = {value:.6g}" for name, value in scene.system.parameters.items())
     return Study.model_validate(
         {
@@ -138,7 +139,7 @@ def study_of(scene: Scene, name: str) -> "Study":
             "system": scene.name,
             "parameters": scene.system.model_dump(),
             "grid": {each: {"from": a, "to": b, "points": _POINTS if a < b else 1} for each, (a, b) in axes.items()},
-            "bifurcation_diagram": {"parameter": scene.parameter, "from": low, "to": high, "points": _VALUES, "starts": [start]},
+            "bifurcation_diagram": diagram,
             "orbits": [{"start": start, "n_returns": _POINTS}],
             "basins": {},
             "figures": ["bifurcation_diagram", "basins"],

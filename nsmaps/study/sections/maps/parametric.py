@@ -210,9 +210,8 @@ class ParametricSection(Analysis):
         return_map, found = result.parametric_map, result.agreement
         if return_map.report is not None:
             yield _errors(return_map.report, return_map.coordinates.names, self.parameter)
-        if found is not None:
+        if found is not None and (rows := tuple(_row(each) for each in found.disagreements())):
             heads = (f"{self.parameter} from", "to", "values", result.system.map_name, TITLE, "distance")
-            rows = tuple(_row(each) for each in found.disagreements())
             count = len(found.values)
             note = f"Of {count} values compared; distances in sides of the grid, of which {found.tolerance:g} is allowed."
             yield Table("Where the parametric map does not follow", heads, rows, (note,))
