@@ -51,7 +51,8 @@ def reported_errors(fatal: bool = True) -> Iterator[None]:
     except (NsmapsError, OSError) as error:
         if isinstance(error, BrokenPipeError) or not (fatal or isinstance(error, NsmapsError)):
             raise
-        say(str(error), err=True)
+        parts = (error.filename, error.strerror) if isinstance(error, OSError) and error.strerror else (error,)
+        say(": ".join(str(part) for part in parts if part is not None), err=True)
         if fatal:
             raise typer.Exit(BAD) from None
 

@@ -82,7 +82,7 @@ def write_certificate(path: Path, certificate: Certificate) -> None:
 
 
 def read(path: Path) -> Certificate:
-    """The certificate of a file; `CertificateError` where it is not as `write` makes it."""
+    """The certificate of a file; `CertificateError` where it is not as `write` makes it, `OSError` where it cannot be opened."""
     try:
         with zipfile.ZipFile(path) as archive:
             data, codes = json.loads(archive.read(TEXT)), archive.read(CODES)
@@ -91,6 +91,8 @@ def read(path: Path) -> Certificate:
         raise CertificateError(
             f"{path} is not a certificate, or not a whole one; expected: a file that `nsmaps prove` wrote"
         ) from error
+    except (FileNotFoundError, PermissionError):
+        raise
     except Exception as error:  # zipfile, zlib and json raise a dozen kinds where bytes are changed
         raise CertificateError(f"{path} is not a whole certificate: {_in_a_line(error)}") from error
     if not isinstance(data, dict) or set(data) != KEYS or data["format"] not in (1, FORMAT):

@@ -279,3 +279,8 @@ def test_check_refuses_a_range_that_the_formulas_of_the_class_refuse(name: str, 
         assert checked.stderr.splitlines()[-1].startswith("s.yaml:3:46: Falling.displacement does not start at hit.z")
     else:
         assert "2 values of w" in run.stdout or "no attractor" in run.stdout
+
+
+def test_a_certificate_that_is_not_there_is_a_file_not_read() -> None:
+    done = CliRunner().invoke(app, ["verify", "none.proof"])
+    assert (done.exit_code, done.stderr) == (2, "none.proof: No such file or directory\n")

@@ -66,7 +66,7 @@ def conclusion(result: StudyResult) -> str:
         shown = f", {expected} fail{'s' * (expected == 1)} as expected" if expected else ""
         held = sum(verdict.holds for verdict in others)
         which = f" Of {len(others)} that are not required" if required else f"Of {len(others)} verdicts, none of them required"
-        text += f"{which}, {held} hold{shown}." if required or len(others) > 1 else _only(others[0])
+        text += f"{which}, {held} hold{'s' * (held == 1)}{shown}." if required or len(others) > 1 else _only(others[0])
     text += "".join(f" Expected to fail, but no verdict here that is not required: {name}." for name in unmet(result))
     text = " ".join(filter(None, (text, coexisting(result))))
     return text if result.finished else f"Unfinished: the run was stopped, and this is what it had computed. {text}".rstrip()
