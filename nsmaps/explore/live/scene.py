@@ -130,7 +130,14 @@ def study_of(scene: Scene, name: str, direction: str | None = None) -> "Study":
     start = dict(zip(scene.coordinates, scene.start.tolist(), strict=True))
     axes = {each: scene.plane.get(each, (value, value)) for each, value in start.items()}
     low, high = scene.values
-    diagram = {"parameter": scene.parameter, "from": low, "to": high, "points": _VALUES, "starts": [start], "direction": direction}
+    diagram = {
+        "parameter": scene.parameter,
+        "from": low,
+        "to": high,
+        "points": _VALUES,
+        "starts": [start],
+        "direction": direction,
+    }
     given = ", ".join(f"{name} = {value:.6g}" for name, value in scene.system.parameters.items())
     return Study.model_validate(
         {
