@@ -10,6 +10,7 @@ EXACT = 1e15  #: below which a float that is whole is written so
 ONE = 5e-4  #: distance from 1 below which a number is written as that distance
 LONGEST = 300  #: letters of a text that are shown
 LONG = 40  #: letters from which the text of a cell is broken into lines
+WIDEST = 9  #: most columns of a table made of rows with parts
 SEVERAL = 4  #: entries of a list that are shown; of a longer one, such as the boxes of all updates, its length and its range
 GREEK = {  #: letters by the names of quantities, such as phi and Gamma
     (name if letter.islower() else name.capitalize()): letter
@@ -119,9 +120,16 @@ def _rows(data: Any) -> list[tuple[str, Mapping[str, Any]]]:
     """The rows of one table, named; none where the data are not rows of plain values under the same keys."""
     named = data.items() if isinstance(data, Mapping) else enumerate(data, 1) if isinstance(data, list) else ()
     pairs = [(str(name), row) for name, row in named]
-    rows = [(name, row) for name, row in pairs if isinstance(row, Mapping)]
+    rows = [(name, _flat(row)) for name, row in pairs if isinstance(row, Mapping)]
     same = len(rows) == len(pairs) and len({tuple(row) for _, row in rows}) == 1
     return rows if same and not any(_nested(value) for _, row in rows for value in row.values()) else []
+
+
+def _flat(row: Mapping[str, Any]) -> Mapping[str, Any]:
+    """A row with the parts of its mappings as values of its own, such as `low kind`, unless there would be too many."""
+    parts = {key: value.items() if isinstance(value, Mapping) else [("", value)] for key, value in row.items()}
+    flat = {f"{key} {name}".rstrip(): value for key, inner in parts.items() for name, value in inner}
+    return flat if len(flat) <= WIDEST else row
 
 
 def _sentences(value: Any) -> bool:

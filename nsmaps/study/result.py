@@ -3,9 +3,10 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from html import escape
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from nsmaps.arrays import brief
 from nsmaps.errors import near_match
 from nsmaps.exact.surfaces.family import WordFamily
 from nsmaps.study.binding import Binding
@@ -50,8 +51,21 @@ class StudyResult(Mapping[str, Any]):
     finished: bool = False  #: True if all steps of the study were computed
     undrawn: dict[str, str] = field(default_factory=dict)  #: the reason why a figure could not be drawn, by its name
 
-    __repr__ = brief
     __eq__, __hash__ = object.__eq__, object.__hash__
+
+    def __repr__(self) -> str:
+        """The study and the names of the results."""
+        return f"{type(self).__name__}({self.study.name}: {', '.join(self.parts)})"
+
+    def __str__(self) -> str:
+        """The result in words, and what the verdicts come to, as at the end of a run."""
+        words = import_module("nsmaps.study.conclusions.headline"), import_module("nsmaps.study.conclusions.verdict")
+        return " ".join(filter(None, (words[0].headline(self), words[1].conclusion(self)))) or repr(self)
+
+    def _repr_html_(self) -> str:
+        """The same in a notebook, with the names of the results."""
+        title = escape(self.study.title or self.study.name)
+        return f"<p><b>{title}</b></p><p>{escape(str(self))}</p><p>{', '.join(self.parts)}</p>"
 
     def __getitem__(self, name: str) -> Any:
         return self.parts[name]

@@ -2,6 +2,7 @@
 
 import re
 from fractions import Fraction
+from html import unescape
 from pathlib import Path
 
 import numpy as np
@@ -151,3 +152,10 @@ def test_a_diagram_leads_and_names_its_bifurcations() -> None:
     value, meaning = key_numbers(made, 5)[0]
     assert (float(value.removeprefix("Gamma = ")), meaning) == (pytest.approx(doubling, rel=1e-5), "period doubling")
     assert f"1:0/T for Gamma < {value.removeprefix('Gamma = ')}; period doubling at {value}" in headline(made)
+
+
+def test_a_result_is_printed_in_words() -> None:
+    result = of_half(of="exact map")
+    assert str(result).startswith(headline(result))
+    assert headline(result) in unescape(result._repr_html_())
+    assert repr(result) == f"StudyResult({result.study.name}: domains)"

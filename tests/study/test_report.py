@@ -214,6 +214,8 @@ def test_plain_data_become_tables() -> None:
     text = [tostring(part, encoding="unicode", method="html") for part in made]
     page = Page("".join(text))
     assert [page.text.count(part) for part in ("states4", "none–", "R10.1235", "R21", "1yes")] == [1, 1, 1, 1, 1]
+    (windows,) = tables([{"label": "1:1/T", "low": {"value": 0.25, "kind": "fold"}}] * 2)
+    assert [cell.text for cell in windows.iter("th")][:4] == ["", "label", "low value", "low kind"]
     assert formatted([[0.0, 1.0]] * 12) == "12 values, the last 0, 1"
     assert (formatted([1.0, 0.25]), formatted([[1, 2], [3, 4]])) == ("1, 0.25", "(1, 2), (3, 4)")
     assert formatted([0.5, 3, 1, 2, 0.75]) == "5 values, 0.5 to 3"

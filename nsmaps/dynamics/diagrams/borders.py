@@ -20,6 +20,7 @@ from nsmaps.exact.returnmap import ReturnMap
 LOCATED = 1e-8  #: share of the range to which an end other than an event of a branch is bisected
 STEP, LONGEST = 0.05, 60  #: longest step of a branch beside its end, in its arclength, and most orbits on it
 ROUNDING = 1e-14  #: of the parameter, as a share of its range and value
+MOST_TRIED = 300  #: values at which a cycle is sought, one after another
 NEWTON, TOLERANCE = 12, 1e-10  #: steps of Newton's method at one value, and its residual
 MOVED, APART = 0.1, 1e-5  #: in the scale: a cycle's largest change in a step, the least difference of its states
 ASIDE = 1e-3  #: share of the spacing of values: distance from a period halving at which the cycle of half the period is sought
@@ -192,7 +193,10 @@ class CycleSearch:
     def _walk(self, at: Located, limit: float, spacing: float) -> "Border | Located":
         """The end of a cycle by Newton's method at one value after another, with steps that are halved where it fails."""
         step, way, before, failed = spacing / 4, float(np.sign(limit - at.value)), at, limit
+        tried = 0
         while step > LOCATED * self.unit and step > 4 * np.spacing(abs(at.value)):
+            if (tried := tried + 1) > MOST_TRIED:  # of chatter, whose number of impacts changes from step to step
+                return NOT_LOCATED
             there = at.value + way * min(step, abs(limit - at.value))
             found = self.at(there, self._predicted(before, at, there), at.cycle)
             if found is None:
