@@ -213,7 +213,7 @@ def test_of_interrupted_noise_and_batches_there_are_the_first() -> None:
     noise = partial(nsmaps.noisy_orbits, PAIR, [0.8, 0.4], NOISE, n_returns=10, rng=4, max_impacts=5)
     assert numbers(stopped(partial(noise, n_realisations=20))) == numbers(noise(n_realisations=16))
     starts = np.random.default_rng(3).uniform([0.1, 0], [1, 6], (7, 2))
-    batch = partial(PAIR.orbits, n=3)
+    batch = partial(PAIR.orbits, n_returns=3)
 
     def run(parallel: nsmaps.Parallel) -> Returns:
         return batch(starts, parallel=replace(parallel, part=2))
