@@ -126,6 +126,17 @@ def test_the_onset_of_chaos_is_a_border_though_a_narrow_window_follows(direction
     assert abs(chaos.low.value - 3.569945671870944901842) <= chaos.low.precision < 1e-6
 
 
+def test_a_window_of_affine_pieces_between_two_values_is_no_chaos():
+    """R doubles at a_R = -1, and LR, born there, at a_L a_R = -1, before the next value of the diagram."""
+    skew = load_system("border_collision_1", a_L=0.97, a_R=-1.5, mu=1.0)
+    values = np.linspace(-1.9, -0.5, 14)
+    made = bifurcation_diagram(skew, "a_R", values, [0.1], n_returns=200, borders=True, direction="down")
+    chaos, fixed = made.windows
+    assert (chaos.label, fixed.label) == ("C", "R, period 1")
+    assert chaos.high.value == pytest.approx(-1 / 0.97, abs=1e-13)
+    assert fixed.low.value == pytest.approx(-1, abs=1e-13)
+
+
 def test_a_doubled_cycle_ends_at_a_halving_where_a_step_ends_beside_it():
     """The cycle of nine states doubles at 3.687274210536; the last step ends 2e-12 above, where det(M - 1) has passed zero."""
     value, cycles = 3.687290969899666, CycleSearch(Along(Logistic(a=3.6), "a"), "a", np.array([0.89952758]), 0.2)

@@ -25,14 +25,13 @@ NEWTON, TOLERANCE = 12, 1e-10  #: steps of Newton's method at one value, and its
 MOVED, APART = 0.1, 1e-5  #: in the scale: a cycle's largest change in a step, the least difference of its states
 ASIDE = 1e-3  #: share of the spacing of values: distance from a period halving at which the cycle of half the period is sought
 LEFT = 200  #: periods in which an orbit leaves a cycle that has ceased to exist
+AWAY = 2**14  #: returns in which an orbit leaves a cycle of affine pieces just beyond its doubling
 AT_ONE = 0.01  #: largest distance from 1 or -1 of a multiplier of the last cycle before a fold or a doubling
 FEIGENBAUM = 4.669201609102990  #: ratio of successive intervals between period doublings, in the limit
 LEAST_RATIO = 1.5  #: least ratio of two such intervals from which their sum is extrapolated with it
 MOST_STATES = 32  #: of the longest cycle that is followed: longer ones lie beside chaos, and cost more than orbits
 LABEL, WORDS, RANGE, LOST = "change of motion", "change of words", "end of the range", "not located"
 NO_RETURN, ACCUMULATION = "no return", "accumulation of period doublings"
-
-
 NOT_LOCATED = Border(np.nan, np.nan, LOST)
 
 
@@ -248,8 +247,8 @@ class CycleSearch:
     def onset(self, event: BifurcationPoint, far: float, before: list[float], first: str) -> Border | None:
         """Where motion without a period begins beyond a period doubling: at the accumulation of further ones, by extrapolation.
 
-        It is the end of a doubled cycle where another event ends it, the doubling itself of affine pieces, which have no further
-        ones, and None where no stable cycle is born.
+        It is the end of a doubled cycle where another event ends it, the doubling itself of affine pieces, or the end of
+        the cycle of twice the period that is born there at a border, and None where no stable cycle is born.
 
         Args:
             far: a value at which there is no cycle any more.
@@ -257,7 +256,11 @@ class CycleSearch:
             first: the motion with which the doublings begin.
         """
         if event.detail == AFFINE:
-            return self._border(event)
+            value, q = event.value + ASIDE * (far - event.value), 2 * len(event.orbit.states)
+            path = orbit(self.map_of(value), event.orbit.states[0] + MOVED * self.scale, AWAY)
+            cycle = self.at(value, path.states[-q:])
+            end = None if cycle is None else self.end(Located(value, cycle), far, abs(far - value))
+            return self.onset(end.event, far, before, first) if end is not None and end.event else self._border(event)
         values, given = [*before, event.value], len(before) + 1
         while abs(far - values[-1]) > LOCATED * self.unit and (len(values) == 1 or 2 * len(event.orbit.states) <= MOST_STATES):
             bounds, until = _bounds(values[-1], far), tuple(TESTS)
