@@ -13,7 +13,7 @@ from nsmaps.estimation.result import Estimate
 from nsmaps.estimation.shooting.event_map import EventModel
 from nsmaps.estimation.shooting.fitting import Fit, fit
 from nsmaps.estimation.shooting.growth import Guess, first_counts, first_guesses, grown, is_good
-from nsmaps.estimation.shooting.guesses import Library, library_of
+from nsmaps.estimation.shooting.guesses import EXCESS, Library, library_of
 from nsmaps.estimation.shooting.inference import spread_of
 from nsmaps.estimation.shooting.measured import after_transient, check_names, check_unit, return_time, shooting_of
 from nsmaps.estimation.shooting.problem import GAP, Problem, check_model
@@ -186,5 +186,5 @@ def _rivals(problem: Problem, guesses: list[Guess], counts: list[int], found: li
         return []
     best, number = min(found, key=lambda one: one[0].cost)
     limit = best.cost * (1 + GAP**2 / len(best.residuals))
-    others, _ = grown(problem, [one for one in guesses if one.number == number], counts, limit)
+    others, _ = grown(problem, [one for one in guesses if one.number == number and one.cost < EXCESS], counts, limit)
     return [(reached, number) for one in others if (reached := fit(problem, one.x)) is not None]
