@@ -247,8 +247,9 @@ class CycleSearch:
     def onset(self, event: BifurcationPoint, far: float, before: list[float], first: str) -> Border | None:
         """Where motion without a period begins beyond a period doubling: at the accumulation of further ones, by extrapolation.
 
-        It is the end of a doubled cycle where another event ends it, the doubling itself of affine pieces, or the end of
-        the cycle of twice the period that is born there at a border, and None where no stable cycle is born.
+        It is the end of a doubled cycle where another event ends it, or the end of the cycle of twice the period that is born at
+        a border; of affine pieces the doubling itself, unless the cycle born there attracts, which is followed to its end.
+        None where no stable cycle is born.
 
         Args:
             far: a value at which there is no cycle any more.
@@ -259,8 +260,8 @@ class CycleSearch:
             value, q = event.value + ASIDE * (far - event.value), 2 * len(event.orbit.states)
             path = orbit(self.map_of(value), event.orbit.states[0] + MOVED * self.scale, AWAY)
             cycle = self.at(value, path.states[-q:])
-            end = None if cycle is None else self.end(Located(value, cycle), far, abs(far - value))
-            return self.onset(end.event, far, before, first) if end is not None and end.event else self._border(event)
+            left = None if cycle is None else self.end(Located(value, cycle), far, abs(far - value))
+            return self.onset(left.event, far, before, first) if left is not None and left.event else self._border(event)
         values, given = [*before, event.value], len(before) + 1
         while abs(far - values[-1]) > LOCATED * self.unit and (len(values) == 1 or 2 * len(event.orbit.states) <= MOST_STATES):
             bounds, until = _bounds(values[-1], far), tuple(TESTS)
