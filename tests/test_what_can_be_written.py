@@ -318,7 +318,7 @@ def own_map():
 
 CASES = {
     "gravity": gravity_and_springs,
-    "forcing of one or several harmonics": harmonics_or_none,
+    "forcing of harmonics": harmonics_or_none,
     "forcing of two incommensurate": two_periods,
     "forcing by noise": noise,
     "a wall that moves": moving_walls,
@@ -333,7 +333,7 @@ CASES = {
     "compliant walls": switches,
     "two bodies": two_bodies,
     "equations with a delay": delay,
-    "a return map that is known": own_map,
+    "a return map without a flight": own_map,
 }
 
 

@@ -4,19 +4,20 @@ from typing import TYPE_CHECKING
 
 from nsmaps.errors import NsmapsError
 from nsmaps.errors.arguments import checked
+from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.surfaces.surface import Grid, check_axes
-from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import Progress, working
 from nsmaps.reduced.partition.result import PartitionResult
 from nsmaps.reduced.partition.spec import Partition
 
 if TYPE_CHECKING:
+    from nsmaps.exact.systems.parameters import System
     from nsmaps.reduced.adaptive.accurate import AccurateResult
 
 
 @checked
 def partition(
-    system: System, grid: Grid, spec: Partition, *, progress: Progress | None = None
+    system: "System", grid: Grid, spec: Partition, *, progress: Progress | None = None
 ) -> "PartitionResult | AccurateResult":
     """The map of a system over a grid's box that meets a tolerance: in closed form with a log of its construction, or accurate.
 
@@ -35,7 +36,7 @@ def partition(
     from nsmaps.reduced.partition.finalize import finalize
     from nsmaps.reduced.partition.refine import Refinement
 
-    check_axes(grid, System.require(system, "a partition").coordinates)
+    check_axes(grid, ReturnMap.require(system, "a partition").coordinates)
     if spec.kind == "accurate" and len(system.coordinates) != 2:
         given = system.coordinates
         raise NsmapsError(f"the system has the coordinates {given}; expected: two, as the accurate kind divides a plane")
