@@ -70,7 +70,7 @@ def test_what_does_not_converge_says_so(pair):
     assert not lost.exists
     assert np.isnan(lost.multipliers).all()
     assert lost.stable is None, "no multiplier is known"
-    near = nsmaps.periodic_orbit(pair(0.35), [0.8, 2.9])
+    near = nsmaps.periodic_orbit(pair(0.35), [0.02, 4.0])
     assert not near.converged
     assert str(near).startswith("not converged, residual ")
     assert "stable" not in str(near)
