@@ -58,6 +58,7 @@ def test_a_pitchfork_is_one_from_either_branch_and_leads_to_the_other():
     assert np.abs(through.points[:, 0, 0] - 3 * through.values).max() < 1e-9
 
 
+@pytest.mark.thorough
 def test_the_pitchforks_of_a_map_are_a_curve_in_two_parameters():
     """Of 1 + a - b^2/2 in place of 1 + a: a = b^2/2, which turns back in a; a term that breaks the symmetry leaves one point."""
     for broken in (0, 1):

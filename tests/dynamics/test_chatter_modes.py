@@ -102,6 +102,7 @@ def test_the_inelastic_ball_lands_at_its_release():
     assert abs(end.value - border) < 2 * end.precision < 1e-11
 
 
+@pytest.mark.thorough
 def test_the_curve_on_which_a_ball_at_rest_begins_to_be_released():
     """Gamma = 1, whatever r: seen once a period it grazes its release, and no state beside it is in contact."""
     held = nsmaps.periodic_orbit(Table(Gamma=0.9, r=0.5), [0.0, 0.0])

@@ -76,7 +76,7 @@ class TableWithPendulum(BallUnderNoise):
 @pytest.mark.parametrize(
     ("plain", "bent", "start", "n"),
     [
-        (Straight(), Bent(), [0.9, 1.0], 12),
+        pytest.param(Straight(), Bent(), [0.9, 1.0], 12, marks=pytest.mark.thorough),
         (Straight(shake=0.01), Bent(shake=0.01), [0.9, 1.0], 8),
         (BallUnderNoise(), TableWithPendulum(), [-0.6, 1.0, 0.5], 25),
     ],

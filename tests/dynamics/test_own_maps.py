@@ -229,7 +229,7 @@ def test_a_map_with_parameters_has_a_chart():
     assert plane.exponent[1, 3, 0] == pytest.approx(np.log(2), abs=0.02)
 
 
-@pytest.mark.parametrize(("count", "direction"), [(33, "up"), (36, "down")])
+@pytest.mark.parametrize(("count", "direction"), [pytest.param(33, "up", marks=pytest.mark.thorough), (36, "down")])
 def test_the_windows_of_the_quadratic_map_end_at_its_doublings(count, direction):
     values = np.linspace(2.5, 3.52, count)
     made = nsmaps.bifurcation_diagram(Shifted(), "a", values, [0.3], transient=1000, direction=direction)

@@ -41,7 +41,7 @@ def test_a_record_of_times_gives_the_parameters_within_their_errors() -> None:
     assert str(found).startswith("r = 0.")
 
 
-@pytest.mark.parametrize(("speed", "phase"), [(0.66, 6.19), (1.11, 4.46)])
+@pytest.mark.parametrize(("speed", "phase"), [(0.66, 6.19), pytest.param(1.11, 4.46, marks=pytest.mark.thorough)])
 def test_records_that_begin_in_a_transient_lead_to_the_true_minimum_from_guesses_near_it(speed: float, phase: float) -> None:
     """Other starts lead to the same periodic motion, with an impact more or less before it."""
     times, walls, _ = Rig().impacts(30, speed, phase, 60.0)
@@ -71,6 +71,7 @@ def test_missed_doubled_quantised_impacts_of_a_drifting_rig_in_seconds_are_fitte
     assert 0.5 * NOISE * unit < np.nanstd(residuals) < 3 * NOISE * unit
 
 
+@pytest.mark.thorough
 def test_speeds_alone_determine_what_times_leave_open_and_samples_count_too() -> None:
     rng = np.random.default_rng(5)
     at = TIMES[2:9] + 0.2

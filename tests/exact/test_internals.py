@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import numpy as np
+import pytest
 
 import nsmaps
 from nsmaps.exact.compiling import internals
@@ -53,6 +54,7 @@ def printed(program: str, *arguments: str, folder: os.PathLike[str]) -> str:
     return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
 
 
+@pytest.mark.thorough
 def test_functions_are_compiled_without_any_of_the_modules(tmp_path):
     assert not internals.absent
     assert printed(FUNCTIONS, *MODULES, folder=tmp_path).splitlines() == [f"{module} 10.0 64" for module in MODULES]

@@ -93,6 +93,7 @@ def test_an_entry_may_be_called_by_another_and_numba_may_call_parts():
     assert numba.njit(lambda x: mixed(x) + fourfold(x))(1.0) == 10.0
 
 
+@pytest.mark.thorough
 def test_functions_of_one_name_keep_apart():
     def made(k):
         @part

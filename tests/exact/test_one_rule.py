@@ -22,7 +22,9 @@ def starts(n):
     )
 
 
-@pytest.mark.parametrize(("kind", "r"), [(VIPair, 0.0), (VIPair, 0.6), (VIPair, 0.9999), (Pair, 0.7)])
+@pytest.mark.parametrize(
+    ("kind", "r"), [(VIPair, 0.0), (VIPair, 0.6), (VIPair, 0.9999), pytest.param(Pair, 0.7, marks=pytest.mark.thorough)]
+)
 def test_returns_totals_itineraries_impacts_and_sensitivities_agree(kind, r):
     """Also where the ball chatters on the other wall, against which it is pressed."""
     pytest.importorskip("heyoka")

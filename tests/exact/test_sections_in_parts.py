@@ -1,6 +1,7 @@
 """Sections at a guard with kinks, whose states follow from the coordinates in each part."""
 
 import numpy as np
+import pytest
 import sympy as sp
 
 from nsmaps import Guard, HybridSystem, PoincareSection
@@ -35,6 +36,7 @@ def flight(v: float, c: float) -> tuple[float, float]:
     return v / -2 - min(found), c + min(found)
 
 
+@pytest.mark.thorough
 def test_a_guard_with_kinks_is_a_section_in_each_part():
     starts = np.array([[-0.8, 0.1], [-1.1, 0.6], [-0.3, 1.1], [-0.26, 1.2]])
     returns = Roof().first_return(starts)

@@ -119,6 +119,7 @@ def test_period_doublings_of_the_parametric_map_beside_the_exact_ones():
         assert event.value == pytest.approx(value, abs=1e-8)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("d", "near"), [(0.35, 0.005), (0.33, 0.005), (0.30, 0.03), (0.29, 0.03)])
 def test_orbits_of_the_parametric_map_arrive_where_the_exact_ones_do(pair, d, near):
     composite = in_d().parametric_map.at(d)

@@ -14,6 +14,7 @@ def test_both_systems_ship_studies():
     assert set(study_files("impact_oscillator")) == {"auto", "grazing", "proof", "seam"}
 
 
+@pytest.mark.thorough
 def test_the_balls_diagram_doubles_where_the_closed_form_says(shipped):
     made = nsmaps.read_result(shipped("bouncing_ball/doubling")).bifurcation_diagram["exact"]
     single = made.values[made.labels[:, 0] == "1:0/T"]

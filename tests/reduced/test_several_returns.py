@@ -123,6 +123,7 @@ def test_basins_count_returns():
     assert ours.arrival.tolist() == (2 * steps).astype(int).tolist()
 
 
+@pytest.mark.thorough
 def test_diagrams_count_returns_and_windows_end_where_they_do():
     """The cycle of both branches loses stability where left right = -1."""
     values = np.linspace(-2.21, -1.4, 7)

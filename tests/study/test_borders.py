@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pytest
 
 import nsmaps
 from nsmaps.study.prepare import prepare
@@ -27,6 +28,7 @@ bifurcation_diagram:
 """
 
 
+@pytest.mark.thorough
 def test_a_run_keeps_its_borders(tmp_path):
     (tmp_path / "two.yaml").write_text(STUDY)
     result = nsmaps.run_study(tmp_path / "two.yaml", tmp_path / "out")

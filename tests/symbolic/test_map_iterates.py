@@ -27,6 +27,7 @@ def piece(name, seed, absolute=()):
     return Piece(name, region, exported.random_map([[0.5, 1.0], [0.1, 0.9]], (2, 2), absolute, seed=seed, size=0.1))
 
 
+@pytest.mark.thorough
 def test_the_third_iterate_is_the_map_three_times():
     third = symbolic_iterate(PLANE, 3)
     assert third.degree == 27

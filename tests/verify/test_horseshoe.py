@@ -120,6 +120,7 @@ def test_images_of_parts_hold_those_of_sixty_digits(small: Certificate) -> None:
                     assert image.rad() < 0.01
 
 
+@pytest.mark.thorough
 def test_an_iterate_has_a_horseshoe_where_one_return_stretches_little(pair: Callable[..., Any]) -> None:
     system, fast, phases = pair(0.26), 0.6563, {0.1755: 2, 0.2454: 4, 0.2728: 6, 0.2838: 6, 0.2571: 8, 0.2379: 10, 0.2641: 10}
     cycles = [nsmaps.periodic_orbit(system, [fast, phase], period) for phase, period in phases.items()]
