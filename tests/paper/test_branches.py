@@ -20,8 +20,8 @@ def test_the_cascade_of_the_motion_one_to_one_and_where_it_begins_over_restituti
     """A part of the diagram: on either side of the curve one state and two, by iteration alone."""
     monkeypatch.chdir(tmp_path)
     study = YAML(typ="safe").load(study_files("vi_pair")["branches"].read_text())
-    study["parameter_plane"]["plane"]["d"]["points"] = 41
-    study["parameter_plane"]["plane"]["r"] |= {"from": 0.45, "to": 0.55, "points": 3}
+    study["parameter_plane"]["axes"]["d"]["points"] = 41
+    study["parameter_plane"]["axes"]["r"] |= {"from": 0.45, "to": 0.55, "points": 3}
     Path("part.yaml").write_text(json.dumps(study))
     made = run_study("part.yaml")
     up, down, *doubled = made.branches["1:1"]
