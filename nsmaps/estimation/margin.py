@@ -103,12 +103,10 @@ def basin_distance(
     coordinates, unit = Coordinates(best.coordinates), scale_of(best, own.states)
     ways = unit_directions(directions, n_directions, unit, random)
     distances = _distances(best, own, ways * unit, reach)
-    draws, labels, least = estimate.draws(n_draws, random), [], []
+    draws, found = estimate.draws(n_draws, random), list[tuple[str, float]]()
     for k, row in enumerate(draws):
         there = system.at(**dict(zip(estimate.names, row.tolist(), strict=True)))
-        label, nearest = _least_distance(there, state, str(own.label), ways * unit, reach)
-        labels.append(label)
-        least.append(nearest)
+        found.append(_least_distance(there, state, str(own.label), ways * unit, reach))
         beat((k + 1) / len(draws))
     points = own.states[0] + np.where(np.isfinite(distances), distances, np.nan)[:, None] * ways * unit
     return BasinDistance(
@@ -121,8 +119,8 @@ def basin_distance(
         distances,
         coordinates.wrap(points),
         draws,
-        np.array(labels, str),
-        np.array(least, float),
+        np.array([label for label, _ in found], str),
+        np.array([least for _, least in found], float),
     )
 
 

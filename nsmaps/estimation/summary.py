@@ -41,21 +41,18 @@ def estimate_of(
     shooting, free, known = problem.shooting, problem.free, all(problem.noise_known)
     dof = int((~np.isnan(best.residuals)).sum()) - shooting.size  # what joins segments is as many as their unknowns
     noise = 1.0 if known else float(np.sqrt(best.chi2 / max(dof, 1)))
-    errors = noise * np.sqrt(np.diag(spread.covariance))
-    errors[errors > problem.scale[:free] * 1e6] = np.inf
+    errors = _errors(spread, noise, problem.scale[:free])
     probability = _probability(best.chi2, dof) if known and dof > 0 else float("nan")
     profiled = False if profiled is None and probability < POOR else profiled  # the errors of a false minimum say nothing
     lines = _profiles(problem, found[0], errors, noise, profiled)
-    intervals, bent = intervals_of(best.x[:free], errors, lines, problem.limits)
-    groups = distinct(found, free, noise)
-    intervals = with_rivals(intervals, [group[0] for group in groups], noise, problem.limits)
-    names = shooting.model.free
+    around, bent = intervals_of(best.x[:free], errors, lines, problem.limits)
+    groups, names = distinct(found, free, noise), shooting.model.free
     return Estimate(
         names=names,
         values=best.x[:free].copy(),
         errors=errors,
         covariance=noise**2 * spread.covariance,
-        intervals=intervals,
+        intervals=with_rivals(around, [group[0] for group in groups], noise, problem.limits),
         profiled=bent,
         relative_errors=noise * spread.singular,
         directions=spread.directions,
@@ -72,6 +69,12 @@ def estimate_of(
         coordinates=tuple(map(str, shooting.model.definition.coordinates)),
         **details(best, noise),
     )
+
+
+def _errors(spread: Spread, noise: float, scale: Floats) -> Floats:
+    """The standard errors, infinite of parameters that the data leave open."""
+    errors = noise * np.sqrt(np.diag(spread.covariance))
+    return np.where(errors > scale * 1e6, np.inf, errors)
 
 
 def _probability(chi2: float, dof: int) -> float:

@@ -64,12 +64,10 @@ class CycleSearch:
     def at(self, value: float, states: Floats, like: PeriodicOrbit | None = None) -> PeriodicOrbit | None:
         """The stable cycle of least period near some states (q, n), with the words of another; None where there is none."""
         return_map, _ = map_or_reason(self.map_of, value)
-        near = (
-            None
-            if return_map is None or len(states) > MOST_STATES
-            else self._near(return_map, states) or self._settled(return_map, states)
-        )
-        if return_map is None or near is None:
+        if return_map is None or len(states) > MOST_STATES:
+            return None
+        near = self._near(return_map, states) or self._settled(return_map, states)
+        if near is None:
             return None
         found = self._least(return_map, near)
         if not (found.converged and found.returns.valid.all() and found.stable):
@@ -192,10 +190,9 @@ class CycleSearch:
     def _walk(self, at: Located, limit: float, spacing: float) -> "Border | Located":
         """The end of a cycle by Newton's method at one value after another, with steps that are halved where it fails."""
         step, way, before, failed = spacing / 4, float(np.sign(limit - at.value)), at, limit
-        tried = 0
-        while step > LOCATED * self.unit and step > 4 * np.spacing(abs(at.value)):
-            if (tried := tried + 1) > MOST_TRIED:  # of chatter, whose number of impacts changes from step to step
-                return NOT_LOCATED
+        for _ in range(MOST_TRIED):
+            if step <= max(LOCATED * self.unit, 4 * np.spacing(abs(at.value))):
+                return Border((at.value + failed) / 2, abs(failed - at.value), self._kind(at.cycle, failed))
             there = at.value + way * min(step, abs(limit - at.value))
             found = self.at(there, self._predicted(before, at, there), at.cycle)
             if found is None:
@@ -205,7 +202,7 @@ class CycleSearch:
             if there == limit:
                 return at
             step *= 1 if way * (at.value + way * 2 * step - failed) >= 0 else 2
-        return Border((at.value + failed) / 2, abs(failed - at.value), self._kind(at.cycle, failed))
+        return NOT_LOCATED  # as of chatter, whose number of impacts changes from step to step
 
     def _predicted(self, before: Located, at: Located, value: float) -> Floats:
         """The states expected at a value from those at two others."""

@@ -162,9 +162,9 @@ class App:
 
     def _reset(self, key: str, event: Reset) -> None:
         """The axes with which the page began."""
-        first = self._first
         self._remember()
-        parts = {"values": first.values, "heights": first.heights} if key == "diagram" else {"plane": first.plane}
+        own = ("values", "heights") if key == "diagram" else ("plane",)
+        parts = {name: getattr(self._first, name) for name in own}
         self.scene = replace(self.scene, **parts)
         self.page.widen(self.scene)
         self._refresh(key)
@@ -189,7 +189,7 @@ class App:
         try:
             if Path(name).name != name:
                 raise ValueError(f"{name!r} is not a name; expected: letters, digits, spaces and _, without a folder")
-            text = self._history() + resolved(study_of(self.scene, name, self._way))
+            text = self._history() + resolved(study_of(self.scene, name, self.page.way))
             with path.open("x", encoding="utf-8") as file:
                 file.write(text)
         except FileExistsError:
@@ -210,13 +210,7 @@ class App:
     # pictures
 
     def _attractors(self, scene: Scene, level: int, still: Progress) -> pictures.Diagram:
-        return pictures.diagram(scene, level, _ROWS, still, self._way)
-
-    @property
-    def _way(self) -> pictures.Way:
-        """How the diagram is followed."""
-        ways: tuple[pictures.Way, ...] = None, "up", "down"
-        return ways[self.page.follow.active or 0]
+        return pictures.diagram(scene, level, _ROWS, still, self.page.way)
 
     def _refresh(self, *keys: str) -> None:
         """Compute pictures anew, and give up what is being computed of them."""

@@ -33,7 +33,7 @@ from bokeh.plotting import figure
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import is_angle
 from nsmaps.exact.systems.flow import FlowSystem
-from nsmaps.explore.live.pictures import RETURNS, Diagram, Followed, Plane
+from nsmaps.explore.live.pictures import RETURNS, Diagram, Followed, Plane, Way
 from nsmaps.explore.live.scene import Scene, span
 from nsmaps.explore.page.sweep import letter
 from nsmaps.figures.style import BLACK, BLUE, GREEN, MAGENTA, ORANGE, PIECES, RED, REST, SKY, family_colours, tint
@@ -48,6 +48,8 @@ _TONED: dict[str, Any] = {
     "css_classes": ["toned"],
     "stylesheets": [_STYLE],
 }  #: turned round in dark mode, unlike words of the plane
+#: how a diagram is followed, in the order of the buttons
+_WAYS: dict[Way, str] = {None: "From the start", "up": "Followed up", "down": "Followed down"}
 _HELP = "Drag a rectangle on a picture to enlarge it, click a point to follow its orbit. Sliders move by the arrow keys, too."
 _GREY = "#7a7a7a"  #: of legends, read on light and dark pages
 _SIDE = 300  #: pixels, of the column of widgets
@@ -157,11 +159,15 @@ class Page:
         slider.update(start=min(slider.start, value), end=max(slider.end, value), value=value)
         self.entries[name].value = value
 
+    @property
+    def way(self) -> Way:
+        """How the diagram is followed."""
+        return list(_WAYS)[self.follow.active or 0]
+
     def draw_diagram(self, scene: Scene, shown: Diagram) -> None:
         """A diagram over the axes of the scene that it was computed for."""
         self._images["diagram"].data = _placed(shown.shade, scene.values, scene.heights)
-        how = ("From the start", "Followed up", "Followed down")[self.follow.active or 0]
-        self.diagram.title.text = f"{how} at {shown.counts.shape[1]} values, {RETURNS} returns each"
+        self.diagram.title.text = f"{_WAYS[self.way]} at {shown.counts.shape[1]} values, {RETURNS} returns each"
 
     def draw_plane(self, scene: Scene, shown: Plane) -> None:
         """A plane over the axes of the scene that it was computed for, with its areas named above."""

@@ -226,12 +226,11 @@ def saltation(p, mode, function, w):
         return
     velocity(p, mode, w.z, w.field, w)
     rate = dot(p.functions[function], w.field).value
-    turn = p.rate * p.steps[mode]
     for c in range(w.dz.shape[1]):
         dt = time_slope(p, function, rate, c, w)
         for j in range(len(w.z)):
             w.dz[j, c] += w.field[j] * dt
-        w.dphi[c] = 0.0 if waits(p, c, w) else w.dphi[c] + turn * dt
+        w.dphi[c] = 0.0 if waits(p, c, w) else w.dphi[c] + p.rate * p.steps[mode] * dt
 
 
 @inner
