@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import AfterValidator, BaseModel, Field, PrivateAttr
+from pydantic import AfterValidator, Field, PrivateAttr
 
 from nsmaps.errors import NsmapsError
 from nsmaps.plugins import system_class
 from nsmaps.reduced.conditions.condition import read_number
 from nsmaps.study.reading.classes import functions, instances
 from nsmaps.study.reading.locations import Loc, Source
-from nsmaps.study.reading.values import SPEC
+from nsmaps.study.reading.values import Section
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.parameters import System
@@ -31,10 +31,9 @@ def scalar(value: object) -> object:
 Parameter = Annotated[Any, AfterValidator(scalar)]
 
 
-class Head(BaseModel):
+class Head(Section):
     """The keys of a study other than its sections, which for type checkers are attributes of any kind."""
 
-    model_config = SPEC
     name: str = Field(
         "study",
         max_length=500,

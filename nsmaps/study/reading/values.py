@@ -10,7 +10,6 @@ from nsmaps.reduced.conditions.condition import Number
 
 DIAGONAL = "diagonal"  #: the states near the diagonals as data of a fit, or their hull as a box
 ATTRACTING = "attracting"  #: the map of the attracting pieces of a partition
-SPEC = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
 
 
 def _in_a_line(name: str) -> str:
@@ -65,10 +64,15 @@ def in_order(span: E) -> E:
     return span
 
 
-class Span(BaseModel):
+class Section(BaseModel):
+    """A part of a study's file, of which no other keys are accepted than those of its fields."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
+
+
+class Span(Section):
     """Equally spaced values of one coordinate or parameter, both ends included."""
 
-    model_config = SPEC
     low: Number = Field(alias="from", description="first value")
     high: Number = Field(alias="to", description="last value")
     points: Points
@@ -90,10 +94,9 @@ class Side(Span):
         return self if self.points == 1 and self.low == self.high else in_order(self)
 
 
-class Sweep(BaseModel):
+class Sweep(Section):
     """Equally spaced values of a parameter, both ends included, up or down."""
 
-    model_config = SPEC
     parameter: ParameterName
     low: Number = Field(alias="from", description="first value")
     high: Number = Field(alias="to", description="last value")

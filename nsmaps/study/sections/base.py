@@ -5,14 +5,14 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, Protocol, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, RootModel
+from pydantic import ConfigDict, Field, RootModel
 
 from nsmaps.dynamics.attractors.quantifiers import quantifiers_of
 from nsmaps.plugins import QUANTIFIER, class_of
 from nsmaps.study.estimates import Size
 from nsmaps.study.pictures.figure import StudyFigure
 from nsmaps.study.reading.locations import Loc
-from nsmaps.study.reading.values import SPEC
+from nsmaps.study.reading.values import Section
 from nsmaps.study.result import Verdict as Verdict
 
 if TYPE_CHECKING:  #: also for the modules of sections
@@ -150,14 +150,12 @@ def _is_there(part: Any) -> bool:
     return part is not None and not (isinstance(part, tuple | list | Mapping) and not part)
 
 
-class Analysis(Steps, BaseModel):
+class Analysis(Steps, Section):
     """The settings of one analysis of a study, a frozen model whose fields are the keys of its section, and its methods in a run.
 
     A class of a package is named by an entry point of the group `nsmaps.analyses`, whose name is then the key of the section; one
     of a file by `analysis: mine.py:Class` in a section with a name of your own.
     """
-
-    model_config = SPEC
 
 
 Quantifiers = Annotated[

@@ -15,7 +15,7 @@ from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import count_of, cycle_of, grid_text, percent, plain, returns_text, shares_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, STORED, Size, states
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
-from nsmaps.study.reading.values import SPEC, Compared, MaxPeriod, MaxReturns, Side, Tolerance
+from nsmaps.study.reading.values import Compared, MaxPeriod, MaxReturns, Side, Tolerance
 from nsmaps.study.sections.base import Finding, Need, Quantified, Quantifiers, Table
 
 if TYPE_CHECKING:
@@ -60,7 +60,6 @@ class BasinsSection(Quantified):
         ),
     )
 
-    model_config = SPEC
     starts: dict[str, Side] | None = Field(None, description="a grid of its own; the study's by default")
     max_returns: MaxReturns = 1000
     tolerance: Tolerance = 1e-6

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
 from nsmaps.arrays import Floats
 from nsmaps.parallel import Parallel
@@ -16,7 +16,7 @@ from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import each_text, percent, plain, returns_text, shares_text
 from nsmaps.study.estimates import COPIES, NOISY, NOISY_MODES, RETURN, STORED, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
-from nsmaps.study.reading.values import SPEC, Compared, Name, Range, Seed, Transient
+from nsmaps.study.reading.values import Compared, Name, Range, Section, Seed, Transient
 from nsmaps.study.sections.base import Analysis, Finding, Need, Table
 
 if TYPE_CHECKING:
@@ -37,10 +37,9 @@ class ImpactsSection(Range):
     transient: Transient = 300
 
 
-class NoiseSizes(BaseModel):
+class NoiseSizes(Section):
     """The kind of a noise, and its amplitudes."""
 
-    model_config = SPEC
     sigma: tuple[Number, ...] = Field(min_length=1, description="standard deviations of the noise, each >= 0")
     tau: Number | None = Field(
         None, gt=0, description="correlation time of a forcing; without it independent noise is added to images"

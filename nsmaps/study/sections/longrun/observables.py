@@ -12,7 +12,6 @@ from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import LISTED, plain, returns_text
 from nsmaps.study.estimates import DERIVED, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
-from nsmaps.study.reading.values import SPEC
 from nsmaps.study.sections.base import Analysis, Finding, Table
 from nsmaps.study.sections.parameters.branches import map_of_branch
 
@@ -63,7 +62,6 @@ class ObservablesSection(Analysis):
         ),
     )
 
-    model_config = SPEC
     observables: tuple[str | Observable, ...] = Field(
         min_length=1,
         description="names that the system has, such as `loss` or a coordinate of a map without motions, or formulas",

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from nsmaps.arrays import Floats
 from nsmaps.exact.outcome import Outcome
@@ -18,7 +18,7 @@ from nsmaps.study.conclusions.phrases import MOST, at
 from nsmaps.study.conclusions.texts import cycle_of, finite, point
 from nsmaps.study.estimates import COPIES, RETURN, STORED, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
-from nsmaps.study.reading.values import SPEC
+from nsmaps.study.reading.values import Section
 from nsmaps.study.sections.base import Entries, Finding, Verdict
 from nsmaps.study.sections.maps.composite import COMPOSITE
 from nsmaps.study.sections.maps.surfaces import GRID
@@ -37,10 +37,9 @@ if TYPE_CHECKING:
 SAME = 0.03  #: largest distance, relative to the extent of the states, at which two attractors are taken as one
 
 
-class OrbitSection(BaseModel):
+class OrbitSection(Section):
     """A start, and the number of returns of its orbits under the exact map and the composite map."""
 
-    model_config = SPEC
     start: dict[str, Number] = Field(description="the first state, by coordinate, as {v: 0.5, phi: pi/2}")
     n_returns: int = Field(ge=1, description="number of returns")
     track: int | None = Field(

@@ -20,7 +20,7 @@ from nsmaps.study.conclusions.texts import intervals, range_text
 from nsmaps.study.estimates import Size, states
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.classes import Condition
-from nsmaps.study.reading.values import SPEC, Name, Side, Sweep
+from nsmaps.study.reading.values import Name, Side, Sweep
 from nsmaps.study.sections.base import Analysis, Finding, Need
 from nsmaps.study.sections.maps.fits import Fit, bind_fit, fit_size, report_numbers
 from nsmaps.study.sections.maps.surfaces import SURFACES, surfaces_size
@@ -136,7 +136,6 @@ class DiagonalSection(Analysis):
         ),
     )
 
-    model_config = SPEC
     family: str = Field(description="the family that is filtered")
     delta: Number = Field(gt=1, description="largest ratio between a coordinate and its image, either way")
     slope: Number | None = Field(None, gt=0, description="largest slope of each image in its coordinate, by differences")

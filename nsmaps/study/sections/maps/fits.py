@@ -3,7 +3,7 @@
 import math
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
-from pydantic import BaseModel, Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from nsmaps.plugins import FIT
 from nsmaps.reduced.conditions.condition import Number
@@ -12,7 +12,7 @@ from nsmaps.study.conclusions.texts import finite
 from nsmaps.study.estimates import COPIES, Size
 from nsmaps.study.reading.classes import CLASS, OWN, Instance, calling, created, form_of
 from nsmaps.study.reading.locations import Loc
-from nsmaps.study.reading.values import SPEC, one_of
+from nsmaps.study.reading.values import Section, one_of
 
 if TYPE_CHECKING:
     from nsmaps.reduced.fit.polymap import FitReport
@@ -30,10 +30,9 @@ Degrees = Annotated[
 ]  #: degree by coordinate, or that for each output; one form is chosen by its content, so that errors refer to it
 
 
-class FitSection(BaseModel):
+class FitSection(Section):
     """A polynomial fit: `full` (eq. cubic2dv) or `separable` (remark separable), with degrees from 0 to 40 by coordinate."""
 
-    model_config = SPEC
     full: Degrees | None = Field(
         None, description="each coordinate at most its degree, 0 if not named, in total at most the largest; also by output"
     )

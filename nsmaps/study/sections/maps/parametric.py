@@ -5,7 +5,7 @@ from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.reduced.composite.parametric import ParametricMap, ParametricReport, chebyshev_nodes, parametric_map, report_on
@@ -13,7 +13,7 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.validation.counterpart import CounterpartAlong
 from nsmaps.study.conclusions.texts import finite, percent, point, yes
 from nsmaps.study.estimates import RETURN, Size
-from nsmaps.study.reading.values import SPEC, Ends, ParameterName, Points, Transient
+from nsmaps.study.reading.values import Ends, ParameterName, Points, Section, Transient
 from nsmaps.study.sections.base import Analysis, Finding, Need, Table, Verdict, claimed
 from nsmaps.study.sections.maps.composite import pieces_size
 from nsmaps.study.sections.maps.refits import refits
@@ -37,10 +37,9 @@ def _rising(ends: tuple[float, float]) -> tuple[float, float]:
     return ends
 
 
-class CompareSection(BaseModel):
+class CompareSection(Section):
     """The attractors of the parametric map compared with those of the exact map, from one start."""
 
-    model_config = SPEC
     start: dict[str, Number] | None = Field(
         None, description="the start at every value; by default that of the first of `orbits`, else the middle of the grid"
     )
@@ -66,7 +65,6 @@ class ParametricSection(Analysis):
         "agreement": None,  #: of the attractors of the parametric map with those of the exact map
     }
 
-    model_config = SPEC
     parameter: ParameterName
     bounds: Ends = Field(description="where the map is to hold; outside it is an error")
     order: Degree = Field(4, description="degree in the parameter")

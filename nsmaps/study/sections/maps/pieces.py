@@ -3,24 +3,23 @@
 from collections.abc import Iterable
 from typing import Self
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
 from nsmaps.figures.parts import SeparablePiece
 from nsmaps.reduced.composite.printed import TabulatedMap
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.reading.classes import Condition, Instance
-from nsmaps.study.reading.values import DIAGONAL, SPEC, Bounds, Name, Side, one_of
+from nsmaps.study.reading.values import DIAGONAL, Bounds, Name, Section, Side, one_of
 from nsmaps.study.sections.maps.fits import Fit, FitSection
 
 
-class PieceSection(BaseModel):
+class PieceSection(Section):
     """A piece of the composite map: exactly one of `box`, `where`, `region`, and one of `fit`, `reset`, `polynomial`.
 
     A family may have words of several returns, such as BBTB; its image, after all of them, is one step of orbits and several
     returns of periods, exponents, basins and noise. A domain of such a map contains these images, not the states between.
     """
 
-    model_config = SPEC
     name: Name = Field(description="not the name of a map")
     box: Bounds | None = Field(None, description="where the piece holds: this, `where` or `region`")
     where: str | None = Field(None, description="a condition: where the piece holds")

@@ -11,7 +11,7 @@ from nsmaps.reduced.composite.composite import CompositeMap
 from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.titles import pieces_with_a_map
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
-from nsmaps.study.reading.values import ATTRACTING, SPEC
+from nsmaps.study.reading.values import ATTRACTING
 from nsmaps.study.sections.base import Analysis, Need
 from nsmaps.study.sections.maps.partition import attracting_of, is_of_partition
 
@@ -52,7 +52,6 @@ class SecondIterateSection(Analysis):
         ),
     )
 
-    model_config = SPEC
     domain: str = Field(description="a domain of a fitted piece")
     order: Literal["max_first", "min_first"] = Field(
         "max_first",

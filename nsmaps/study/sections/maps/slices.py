@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from nsmaps.exact.surfaces.slice import slice_along
 from nsmaps.exact.surfaces.surface import Axis
@@ -12,7 +12,7 @@ from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.estimates import COPIES, RETURN, STATE, Size, states
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.locations import Loc
-from nsmaps.study.reading.values import SPEC, Span
+from nsmaps.study.reading.values import Section, Span
 from nsmaps.study.sections.base import Entries
 
 if TYPE_CHECKING:
@@ -21,10 +21,9 @@ if TYPE_CHECKING:
 Cut = tuple[str, Axis, dict[str, float]]  #: the coordinate that varies, its values, and the values of the others
 
 
-class SliceSection(BaseModel):
+class SliceSection(Section):
     """First returns along one coordinate, at fixed values of the others."""
 
-    model_config = SPEC
     at: dict[str, Number] = Field(description="values at which all other coordinates are held")
     axis: dict[str, Span] = Field(min_length=1, max_length=1, description="the coordinate that runs, and its values")
 

@@ -10,7 +10,7 @@ from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.estimates import RETURN, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
-from nsmaps.study.reading.values import SPEC, Seed
+from nsmaps.study.reading.values import Seed
 from nsmaps.study.sections.base import Analysis, Finding, Need
 
 if TYPE_CHECKING:
@@ -36,7 +36,6 @@ class BasinDistanceSection(Analysis):
         ),
     )
 
-    model_config = SPEC
     record: int = Field(0, ge=0, description="number of the record, from 0 on")
     directions: tuple[tuple[Number, ...], ...] | None = Field(
         None, description="changes of the coordinates, one list each; random ones by default"

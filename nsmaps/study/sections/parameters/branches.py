@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.continuation.follow import CLOSED
@@ -15,7 +15,7 @@ from nsmaps.study.conclusions.phrases import MOST, at
 from nsmaps.study.conclusions.texts import known, values_text, yes
 from nsmaps.study.estimates import COPIES, DERIVED, POINT, STORED, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
-from nsmaps.study.reading.values import SPEC, Ends, Name, ParameterName, Period
+from nsmaps.study.reading.values import Ends, Name, ParameterName, Period, Section
 from nsmaps.study.sections.base import Entries, Finding, Table, Verdict
 
 if TYPE_CHECKING:
@@ -32,13 +32,12 @@ Way = Literal["up", "down"]
 REACHED = ("the range ends", CLOSED)  #: first words of `ended` of a branch that reached the end of its range
 
 
-class BranchSection(BaseModel):
+class BranchSection(Section):
     """A branch of periodic orbits of the exact map in one parameter, from the orbit near a state.
 
     A branch ends, with a report, at values that the system does not admit; one without orbits says why.
     """
 
-    model_config = SPEC
     name: Name = Field(description="name of the branch")
     parameter: ParameterName
     start: dict[str, Number] = Field(description="a state near the orbit")

@@ -3,13 +3,13 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from nsmaps.dynamics.curves.problem import Kind
 from nsmaps.dynamics.motion import MEANING, kind_of
 from nsmaps.errors import NsmapsError
 from nsmaps.study.conclusions.texts import percent, plain, shares_text
-from nsmaps.study.reading.values import SPEC, Range
+from nsmaps.study.reading.values import Range, Section
 from nsmaps.study.sections.base import Finding, Verdict
 from nsmaps.study.sections.parameters.branches import map_of_branch
 
@@ -18,13 +18,12 @@ if TYPE_CHECKING:
     from nsmaps.study.sections.base import Plan, Study, StudyResult
 
 
-class CurveSection(BaseModel):
+class CurveSection(Section):
     """A bifurcation curve in two parameters, from the first event of a kind on a branch.
 
     It is followed within the bounds of the branch and the values of the second parameter, with the step of the branch.
     """
 
-    model_config = SPEC
     branch: str = Field(description="an entry of `branches` in the first parameter of `plane`")
     event: Kind = Field(description="the first of this kind on the branch or its doublings")
 

@@ -4,12 +4,12 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.estimates import POINT, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
-from nsmaps.study.reading.values import SPEC, Bounds, Seed
+from nsmaps.study.reading.values import Bounds, Section, Seed
 from nsmaps.study.sections.base import Analysis, Finding, Table, Verdict
 
 if TYPE_CHECKING:
@@ -20,10 +20,9 @@ POINTS = 400  #: of a start, for an estimate of the time
 FOUND: FigurePart[Any] = FigurePart("an estimate from measured data", ("estimate",))
 
 
-class RecordSection(BaseModel):
+class RecordSection(Section):
     """A record: a CSV file beside the study, or times of impacts."""
 
-    model_config = SPEC
     file: str = Field(
         "", description="a CSV file beside the study: a column `time`, perhaps `wall`, `speed`, `noise`, `speed_noise`, or states"
     )
@@ -67,7 +66,6 @@ class EstimateSection(Analysis):
         ),
     )
 
-    model_config = SPEC
     data: tuple[RecordSection, ...] = Field(min_length=1, description="the records")
     free: Bounds = Field(min_length=1, description="the parameters to be estimated, with their bounds")
     guess: dict[str, Number] = Field(

@@ -13,7 +13,7 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.ahead import call_noise
 from nsmaps.study.conclusions.texts import grid_text, plain, returns_text, yes
 from nsmaps.study.estimates import NOISY, POINT, RETURN, Size, states
-from nsmaps.study.reading.values import SPEC, Bounds, MaxReturns, Period, Seed, Side
+from nsmaps.study.reading.values import Bounds, MaxReturns, Period, Seed, Side
 from nsmaps.study.sections.base import Analysis, Finding, Table, Verdict
 from nsmaps.study.sections.longrun.noise import NoiseSizes
 
@@ -47,7 +47,6 @@ class OptimumSection(Analysis):
         "noisy_optimum": None,
     }
 
-    model_config = SPEC
     observable: str | Observable = Field(description="what is to be largest: a name, or a formula")
     bounds: Bounds = Field(min_length=1, description="bounds of the parameters, which contain the study's own values")
     start: dict[str, Number] = Field(description="a state near the motion at the study's own parameters")

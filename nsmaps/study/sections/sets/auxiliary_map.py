@@ -11,7 +11,7 @@ from nsmaps.study.conclusions.texts import finite, yes
 from nsmaps.study.conclusions.titles import pieces_with_a_map
 from nsmaps.study.estimates import Size, cover_size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
-from nsmaps.study.reading.values import SPEC, Bounds, CellsPerAxis, Depth
+from nsmaps.study.reading.values import Bounds, CellsPerAxis, Depth
 from nsmaps.study.sections.base import Analysis, Finding, Need, Table, Verdict
 from nsmaps.study.sections.maps.composite import COMPOSITE
 from nsmaps.study.sections.maps.surfaces import GRID
@@ -46,7 +46,6 @@ class AuxiliaryMapSection(Analysis):
         ),
     )
 
-    model_config = SPEC
     domain: str = Field(description="a domain of the composite map or of one of its pieces, whose box is A_1")
     update: int = Field(1, ge=1, description="N of A_1^(N), the box on which this update was made; 1 is the start box")
     pieces: dict[str, Bounds] = Field(

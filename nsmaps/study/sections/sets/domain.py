@@ -2,11 +2,11 @@
 
 from typing import TYPE_CHECKING, Literal
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from nsmaps.study.conclusions.diagnostics import SAMPLED, elsewhere, on_domain
 from nsmaps.study.conclusions.texts import intervals
-from nsmaps.study.reading.values import DIAGONAL, SPEC, Bounds, Name
+from nsmaps.study.reading.values import DIAGONAL, Bounds, Name, Section
 from nsmaps.study.result import Verdict
 
 if TYPE_CHECKING:
@@ -14,10 +14,9 @@ if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
 
-class DomainSection(BaseModel):
+class DomainSection(Section):
     """The attracting domain of one map from one box: of a piece, of the `exact` map, or of the `composite` map."""
 
-    model_config = SPEC
     name: Name = Field(description="name of the domain")
     map: str = Field(description="`exact`, `composite` or a piece other than a reset; with a `partition` also `attracting`")
     box: Bounds | Literal["diagonal"] = Field(

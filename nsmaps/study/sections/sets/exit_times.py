@@ -14,7 +14,7 @@ from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import finite, percent
 from nsmaps.study.estimates import Size, cover_size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
-from nsmaps.study.reading.values import SPEC, Bounds, CellsPerAxis, Depth
+from nsmaps.study.reading.values import Bounds, CellsPerAxis, Depth
 from nsmaps.study.sections.base import Analysis, Finding, Need, Table
 
 if TYPE_CHECKING:
@@ -46,7 +46,6 @@ class ExitTimesSection(Analysis):
         ),
     )
 
-    model_config = SPEC
     box: Bounds = Field(description="the window")
     depth: Depth = 3
     n_cells: CellsPerAxis = 32

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, ClassVar
 from pydantic import Field
 
 from nsmaps.reduced.conditions.region import Box
-from nsmaps.study.reading.values import SPEC, Bounds, CellsPerAxis, Depth
+from nsmaps.study.reading.values import Bounds, CellsPerAxis, Depth
 from nsmaps.study.sections.base import Analysis
 from nsmaps.study.sections.sets.proof import check_proof
 
@@ -18,7 +18,6 @@ class HorseshoeSection(Analysis):
 
     key: ClassVar[str] = "horseshoe"
 
-    model_config = SPEC
     box: Bounds = Field(description="window in which cycles are sought")
     max_period: int = Field(5, ge=1, description="largest period, in returns, of the cycles around which the horseshoe lies")
     n_returns: int = Field(

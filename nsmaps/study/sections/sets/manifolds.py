@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from nsmaps.arrays import Floats
 from nsmaps.errors import NsmapsError
@@ -16,7 +16,7 @@ from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import point, yes
 from nsmaps.study.estimates import COPIES, DERIVED, STATE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
-from nsmaps.study.reading.values import SPEC, Name, Period
+from nsmaps.study.reading.values import Name, Period, Section
 from nsmaps.study.sections.base import Entries, Finding, Table, Verdict
 from nsmaps.study.sections.maps.surfaces import areas_by_surface, over_plane
 
@@ -31,13 +31,12 @@ if TYPE_CHECKING:
 WHOLE = ("length", "an attractor")  #: first words of the reasons of sides that were grown as far as they go
 
 
-class ManifoldSection(BaseModel):
+class ManifoldSection(Section):
     """The manifolds of the saddle near a state.
 
     A start that leads to no saddle, or to one without the manifold, gives a verdict that says why.
     """
 
-    model_config = SPEC
     name: Name = Field(description="name of the saddle")
     start: dict[str, Number] = Field(description="a state near the saddle")
     period: Period = 1

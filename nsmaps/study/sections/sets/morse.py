@@ -12,7 +12,7 @@ from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import count_of, intervals, yes
 from nsmaps.study.estimates import Size, cover_size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
-from nsmaps.study.reading.values import SPEC, Bounds, CellsPerAxis, Depth
+from nsmaps.study.reading.values import Bounds, CellsPerAxis, Depth
 from nsmaps.study.sections.base import Analysis, Finding, Verdict, claimed
 
 if TYPE_CHECKING:
@@ -44,7 +44,6 @@ class MorseSection(Analysis):
             (FigurePart("a cover by Morse sets", ("morse_sets",), planar=True), EXACT_ORBITS),
         ),
     )
-    model_config = SPEC
     box: Bounds = Field(description="the window")
     depth: Depth = 4
     n_cells: CellsPerAxis = 8

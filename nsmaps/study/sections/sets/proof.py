@@ -2,31 +2,29 @@
 
 from typing import TYPE_CHECKING, ClassVar
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from nsmaps.arrays import Floats
 from nsmaps.errors import ProofError
 from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.reduced.conditions.condition import Number
-from nsmaps.study.reading.values import SPEC, Bounds, Period
+from nsmaps.study.reading.values import Bounds, Period, Section
 from nsmaps.study.sections.base import Analysis
 
 if TYPE_CHECKING:
     from nsmaps.study.sections.base import Binding, Study
 
 
-class CycleStart(BaseModel):
+class CycleStart(Section):
     """A state near a cycle that is to be proved to exist."""
 
-    model_config = SPEC
     start: dict[str, Number] = Field(description="a state near the cycle")
     period: Period = 1
 
 
-class ClosedSet(BaseModel):
+class ClosedSet(Section):
     """A closed set of cells around the attractor of an orbit; see `nsmaps.proof.closed.Around` and `nsmaps.proof.maps.prove`."""
 
-    model_config = SPEC
     depth: int = Field(4, ge=0, le=12, description="how often cells around the attractor are divided into four")
     transient: int = Field(
         2000, ge=0, description="impacts (returns of a map by formulas) of the orbit from `start` before it is on the attractor"
@@ -51,7 +49,6 @@ class ProofSection(Analysis):
 
     key: ClassVar[str] = "proof"
 
-    model_config = SPEC
     start: dict[str, Number] = Field(
         description="a state near the stable cycle; with `closed_set` one whose orbit comes to the attractor"
     )
