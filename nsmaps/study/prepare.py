@@ -13,7 +13,11 @@ def prepare(study: Study) -> Plan:
     """The study's objects; raises StudyError at the first line that is not consistent with the system or the study."""
     binding = Binding(study, _system(study))
     check_references(study)
-    return Plan(study, binding.system, {key: analysis.bind(binding) for key, analysis in study.analyses().items()})
+    bound = {}
+    for key, analysis in study.analyses().items():
+        with study.source.located((key,)):
+            bound[key] = analysis.bind(binding)
+    return Plan(study, binding.system, bound)
 
 
 def _system(study: Study) -> System:

@@ -21,10 +21,13 @@ def analyses_by_step(study: Study) -> dict[str, Steps]:
 def compute_step(name: str, plan: Plan, result: StudyResult) -> dict[str, Any]:
     """The parts of the result that a step computes from those of earlier steps.
 
-    The first compiles the exact map, or reads it from the cache, so that its time is not part of another's.
+    The first compiles the exact map, or reads it from the cache, so that its time is not part of another's. An error is one at
+    the section of the step, unless the analysis states a place in it.
     """
     if name != SYSTEM:
-        found = analyses_by_step(plan.study)[name].compute(plan, result)
+        analysis = analyses_by_step(plan.study)[name]
+        with plan.study.source.located((analysis.key,)):
+            found = analysis.compute(plan, result)
         return dict(found) if isinstance(found, Mapping) else {name: found}
     with plan.study.source.located(("system",)):
         plan.system.first_return(np.zeros((1, len(plan.system.coordinates))))

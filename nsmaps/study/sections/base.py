@@ -1,6 +1,6 @@
 """An analysis of a study: its settings, which are a section of the file, what it computes from them, and what it says of that."""
 
-from collections.abc import ItemsView, Iterator, KeysView, Mapping, ValuesView
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, Protocol, TypeVar
@@ -66,6 +66,7 @@ class Steps:
     """What an analysis is to a run; all but `compute` have defaults that do nothing."""
 
     key: ClassVar[str] = ""  #: of its section in a study; of a class from elsewhere the key that the study gives it
+    needed: ClassVar[tuple[str, ...]] = ()  #: keys of the sections that it always needs
     step_name: ClassVar[str] = ""  #: the name of its step in a run, if not the key
     results: ClassVar[Mapping[str, Any]] = {}  #: the parts of a study's result that it computes, each with its value without it
     stored: ClassVar[bool] = True  #: False: `recompute` is called when a run is read
@@ -88,7 +89,7 @@ class Steps:
 
     def needs(self) -> Iterator[Need]:
         """The sections that it needs, each with the place and the words of what needs it."""
-        return iter(())
+        yield from (((self.key,), repr(self.key), key) for key in self.needed)
 
     def calls(self) -> "tuple[Call, ...]":
         """Functions of the system whose code its step needs, which another process compiles while the run begins."""
@@ -201,7 +202,7 @@ class Entries(Steps, RootModel[tuple[E, ...]], Generic[E]):
         return self.root[number]
 
 
-class Named(Steps, RootModel[dict[str, V]], Generic[V]):
+class Named(Steps, RootModel[dict[str, V]], Mapping[str, V], Generic[V]):
     """An analysis whose section is a mapping of names that the study chooses, empty in a study without it."""
 
     model_config = ConfigDict(frozen=True)
@@ -215,19 +216,3 @@ class Named(Steps, RootModel[dict[str, V]], Generic[V]):
 
     def __getitem__(self, name: str) -> V:
         return self.root[name]
-
-    def get(self, name: str) -> V | None:
-        """The entry of this name, if there is one."""
-        return self.root.get(name)
-
-    def keys(self) -> KeysView[str]:
-        """The names."""
-        return self.root.keys()
-
-    def values(self) -> ValuesView[V]:
-        """The entries."""
-        return self.root.values()
-
-    def items(self) -> ItemsView[str, V]:
-        """The names with their entries."""
-        return self.root.items()

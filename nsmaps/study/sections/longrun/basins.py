@@ -84,21 +84,20 @@ class BasinsSection(Quantified):
         from nsmaps.dynamics.attractors.arrivals import follow
         from nsmaps.dynamics.attractors.basins import basin_boundary, basins
 
-        with plan.study.source.located(("basins",)):
-            how = self.model_dump(include={"max_returns", "tolerance", "max_period"})
-            how["quantifiers"] = self.functions(plan.study)
-            both = "composite" in self.map
-            first = plan.portion(0, 2, "exact") if both else plan.parallel
-            found = basins(plan.system, plan.bound["basins"], **how, parallel=first)
-            line = None
-            if self.boundary is not None:
-                line = basin_boundary(plan.system, found, tolerance=self.boundary, max_returns=self.max_returns)
-            if not both or result.composite is None:
-                return {"basins": found, "basin_boundary": line}
-            reduced = basins(result.composite, plan.bound["basins"], **how, parallel=plan.portion(1, 2, "composite"))
-            there = counterpart(plan.system, result.composite)
-            last = np.array([each.states[-1] for each in reduced.attractors]).reshape(-1, found.start.shape[1])
-            same = follow(there, last, found.attractors, self.max_returns).label
+        how = self.model_dump(include={"max_returns", "tolerance", "max_period"})
+        how["quantifiers"] = self.functions(plan.study)
+        both = "composite" in self.map
+        first = plan.portion(0, 2, "exact") if both else plan.parallel
+        found = basins(plan.system, plan.bound["basins"], **how, parallel=first)
+        line = None
+        if self.boundary is not None:
+            line = basin_boundary(plan.system, found, tolerance=self.boundary, max_returns=self.max_returns)
+        if not both or result.composite is None:
+            return {"basins": found, "basin_boundary": line}
+        reduced = basins(result.composite, plan.bound["basins"], **how, parallel=plan.portion(1, 2, "composite"))
+        there = counterpart(plan.system, result.composite)
+        last = np.array([each.states[-1] for each in reduced.attractors]).reshape(-1, found.start.shape[1])
+        same = follow(there, last, found.attractors, self.max_returns).label
         return {"basins": found, "basin_boundary": line, "reduced_basins": reduced, "same_attractor": same}
 
     def describe(self, study: "Study") -> str:

@@ -112,8 +112,7 @@ class NoiseSection(NoiseSizes, Analysis):
         """The start, of shape (n,); raises StudyError for words that are not valid and an unknown parameter."""
         from nsmaps.dynamics.noise.orbits import check_noise
 
-        with binding.study.source.located(("noise",)):
-            check_noise(binding.system, self.noise(self.sigma[0]))
+        check_noise(binding.system, self.noise(self.sigma[0]))
         for name, words in self.modes.items():
             for word in words:
                 binding.check_return(("noise", "modes", name), word)
@@ -131,26 +130,25 @@ class NoiseSection(NoiseSizes, Analysis):
 
         stays, ended, count = [], [], len(self.sigma) + (self.impacts is not None)
         counted, reduced = list[Residence](), list[Residence]()
-        with plan.study.source.located(("noise",)):
-            for number, sigma in enumerate(self.sigma):
-                noise = self.noise(sigma)
-                how: Any = {
-                    "n_returns": self.n_returns,
-                    "n_realisations": self.n_realisations,
-                    "rng": self.rng,
-                    "step": self.step,
-                }
-                orbits = noisy_orbits(
-                    plan.system, plan.bound["noise"], noise, **how, parallel=plan.portion(number, count, f"sigma-{number}")
-                )
-                stays.append(residence(orbits.words, orbits.time, self.modes, self.min_returns))
-                ended.append(orbits.ended())
-                if "composite" in self.map:
-                    counted.append(residence(orbits.words, _each(orbits.words), self.modes, self.min_returns))
-                    reduced.append(_reduced(self, plan, result, noise))
-            impacts = _impacts(self, self.impacts, plan, plan.portion(count - 1, count, "impacts")) if self.impacts else ()
-            sizes, both = tuple(map(self.noise, self.sigma)), (tuple(counted), tuple(reduced))
-            return {"noise": NoiseResult(sizes, tuple(stays), tuple(ended), impacts, *both, units_of(plan.system))}
+        for number, sigma in enumerate(self.sigma):
+            noise = self.noise(sigma)
+            how: Any = {
+                "n_returns": self.n_returns,
+                "n_realisations": self.n_realisations,
+                "rng": self.rng,
+                "step": self.step,
+            }
+            orbits = noisy_orbits(
+                plan.system, plan.bound["noise"], noise, **how, parallel=plan.portion(number, count, f"sigma-{number}")
+            )
+            stays.append(residence(orbits.words, orbits.time, self.modes, self.min_returns))
+            ended.append(orbits.ended())
+            if "composite" in self.map:
+                counted.append(residence(orbits.words, _each(orbits.words), self.modes, self.min_returns))
+                reduced.append(_reduced(self, plan, result, noise))
+        impacts = _impacts(self, self.impacts, plan, plan.portion(count - 1, count, "impacts")) if self.impacts else ()
+        sizes, both = tuple(map(self.noise, self.sigma)), (tuple(counted), tuple(reduced))
+        return {"noise": NoiseResult(sizes, tuple(stays), tuple(ended), impacts, *both, units_of(plan.system))}
 
     def describe(self, study: "Study") -> str:
         sizes = f"{len(self.sigma)} amplitudes, {self.n_realisations} realisations of {self.n_returns} returns each"

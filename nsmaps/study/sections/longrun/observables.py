@@ -76,8 +76,7 @@ class ObservablesSection(Analysis):
         from nsmaps.exact.observables.formulas import resolve_observables, vocabulary_of
 
         source = binding.study.source
-        with source.located(("observe",)):
-            vocabulary = vocabulary_of(binding.system)
+        vocabulary = vocabulary_of(binding.system)
         for number, given in enumerate(self.observables):
             loc = ("observe", "observables", number)
             with source.located(loc):
@@ -94,8 +93,7 @@ class ObservablesSection(Analysis):
                         vocabulary.read(text, str(one.of))
             with source.located((*loc, *["at"] * bool(one.at))):
                 vocabulary.rows(one)
-        with source.located(("observe",)):
-            return resolve_observables(binding.system, self.observables)
+        return resolve_observables(binding.system, self.observables)
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """Means on the last states of orbits, at every value of the diagram, on branches, and on the attractors of basins."""
@@ -104,20 +102,17 @@ class ObservablesSection(Analysis):
 
         chosen, system, study = plan.bound["observe"], plan.system, plan.study
         means, branches = {}, {}
-        with study.source.located(("observe",)):
-            if result.orbits:
-                last = np.stack([pair.exact.final for pair in result.orbits])
-                periods = [pair.ends.period if pair.ends else 0 for pair in result.orbits]
-                means["orbits"] = attractor_means(system, last, periods, chosen, self.n_returns)
-            if study.bifurcation_diagram is not None and "exact" in result.bifurcation_diagram:
-                means["bifurcation_diagram"] = observe(
-                    system, result.bifurcation_diagram["exact"], chosen, n_returns=self.n_returns
-                )
-            for section in study.branches:
-                model, parts = map_of_branch(section, system), result.branches.get(section.name, ())
-                branches[section.name] = tuple(observe(model, part, chosen) for part in parts if len(part.values))
-            if result.basins is not None:
-                means["basins"] = observe(system, result.basins, chosen, n_returns=self.n_returns)
+        if result.orbits:
+            last = np.stack([pair.exact.final for pair in result.orbits])
+            periods = [pair.ends.period if pair.ends else 0 for pair in result.orbits]
+            means["orbits"] = attractor_means(system, last, periods, chosen, self.n_returns)
+        if study.bifurcation_diagram is not None and "exact" in result.bifurcation_diagram:
+            means["bifurcation_diagram"] = observe(system, result.bifurcation_diagram["exact"], chosen, n_returns=self.n_returns)
+        for section in study.branches:
+            model, parts = map_of_branch(section, system), result.branches.get(section.name, ())
+            branches[section.name] = tuple(observe(model, part, chosen) for part in parts if len(part.values))
+        if result.basins is not None:
+            means["basins"] = observe(system, result.basins, chosen, n_returns=self.n_returns)
         return {"observe": means, "branch_observables": branches}
 
     def describe(self, study: "Study") -> str:

@@ -21,7 +21,7 @@ from nsmaps.study.estimates import Size, states
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.classes import Condition
 from nsmaps.study.reading.values import Name, Side, Sweep
-from nsmaps.study.sections.base import Analysis, Finding, Need
+from nsmaps.study.sections.base import Analysis, Finding
 from nsmaps.study.sections.maps.fits import Fit, bind_fit, fit_size, report_numbers
 from nsmaps.study.sections.maps.surfaces import SURFACES, surfaces_size
 
@@ -101,6 +101,7 @@ class DiagonalSection(Analysis):
     """States near their images, united over a parameter (step iii, eq. r1uniond); needs `families`."""
 
     key: ClassVar[str] = "diagonal"
+    needed: ClassVar[tuple[str, ...]] = ("families",)
     results: ClassVar[Mapping[str, Any]] = {
         "diagonal": None,
         "orders": (),  #: fits compared near the diagonals, table TableDeltaErr
@@ -169,9 +170,6 @@ class DiagonalSection(Analysis):
                 raise ValueError(f"'shown' has {value:g}, which the sweep lacks; expected: {some}")
         return self
 
-    def needs(self) -> Iterator[Need]:
-        yield ("diagonal",), "'diagonal'", "families"
-
     def check(self, study: "Study") -> None:
         study.source.known(("diagonal", "family"), self.family, study.families, "family")
 
@@ -195,8 +193,7 @@ class DiagonalSection(Analysis):
         Orders are compared on the states near the diagonals at the study's own parameters (fig. comparert, table TableDeltaErr).
         """
         bound: Near = plan.bound["diagonal"]
-        with plan.study.source.located(("diagonal",)):
-            region = diagonal_region(bound.filter, _swept(self, plan, bound.grid))
+        region = diagonal_region(bound.filter, _swept(self, plan, bound.grid))
         own = plan.families[self.family].surface(plan.system, bound.grid) if bound.own else result.surfaces[self.family]
         with plan.study.source.located(("diagonal", "orders")):
             near = compare_deltas(bound.filter, own, self.deltas, bound.orders)

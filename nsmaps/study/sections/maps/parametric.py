@@ -14,7 +14,7 @@ from nsmaps.reduced.validation.counterpart import CounterpartAlong
 from nsmaps.study.conclusions.texts import finite, percent, point, yes
 from nsmaps.study.estimates import RETURN, Size
 from nsmaps.study.reading.values import Ends, ParameterName, Points, Section, Transient
-from nsmaps.study.sections.base import Analysis, Finding, Need, Table, Verdict, claimed
+from nsmaps.study.sections.base import Analysis, Finding, Table, Verdict, claimed
 from nsmaps.study.sections.maps.composite import pieces_size
 from nsmaps.study.sections.maps.refits import refits
 from nsmaps.study.sections.maps.surfaces import grid_size
@@ -60,6 +60,7 @@ class ParametricSection(Analysis):
     """
 
     key: ClassVar[str] = "parametric_map"
+    needed: ClassVar[tuple[str, ...]] = ("composite",)
     results: ClassVar[Mapping[str, Any]] = {
         "parametric_map": None,
         "agreement": None,  #: of the attractors of the parametric map with those of the exact map
@@ -98,9 +99,6 @@ class ParametricSection(Analysis):
         """The number of Chebyshev nodes."""
         return self.n_nodes or 2 * self.highest + 1
 
-    def needs(self) -> Iterator[Need]:
-        yield ("parametric_map",), "'parametric_map'", "composite"
-
     def check(self, study: "Study") -> None:
         if self.require and not (self.compare.start or study.orbits or study.grid):
             text = (
@@ -125,12 +123,11 @@ class ParametricSection(Analysis):
         """The parametric map from the maps at its nodes, compared with refits between them and with the exact map."""
         low, high = self.bounds
         nodes = chebyshev_nodes(self.bounds, self.number_of_nodes)
-        with plan.study.source.located(("parametric_map",)):
-            at_nodes = {value: composite for value, composite, _ in refits(plan, self.parameter, nodes, 0.0, FITTED / 2)}
-            return_map = parametric_map(at_nodes, self.parameter, self.bounds, self.order, self.orders)
-            held = refits(plan, self.parameter, np.array([low, *(nodes[1:] + nodes[:-1]) / 2, high]), FITTED / 2, FITTED)
-            reported = replace(return_map, report=report_on(return_map, held) if held[0][2] else None)
-            return {"parametric_map": reported, "agreement": _compared(self, plan, return_map)}
+        at_nodes = {value: composite for value, composite, _ in refits(plan, self.parameter, nodes, 0.0, FITTED / 2)}
+        return_map = parametric_map(at_nodes, self.parameter, self.bounds, self.order, self.orders)
+        held = refits(plan, self.parameter, np.array([low, *(nodes[1:] + nodes[:-1]) / 2, high]), FITTED / 2, FITTED)
+        reported = replace(return_map, report=report_on(return_map, held) if held[0][2] else None)
+        return {"parametric_map": reported, "agreement": _compared(self, plan, return_map)}
 
     def describe(self, study: "Study") -> str:
         return f"order {self.highest} in {self.parameter} from {self.bounds[0]:g} to {self.bounds[1]:g}"

@@ -24,7 +24,7 @@ from nsmaps.study.conclusions.texts import count_of, finite, percent, yes
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
 from nsmaps.study.reading.classes import CLASS, OWN, Condition, Instance, form_of
 from nsmaps.study.reading.values import ATTRACTING, Bounds, Name
-from nsmaps.study.sections.base import Analysis, Finding, Need, Table, Verdict, claimed
+from nsmaps.study.sections.base import Analysis, Finding, Table, Verdict, claimed
 from nsmaps.study.sections.maps.composite import MAP, TITLE, judged
 from nsmaps.study.sections.maps.fits import Fit, bind_fit
 from nsmaps.study.sections.maps.surfaces import GRID
@@ -79,6 +79,7 @@ class PartitionSection(PartitionChoices, Analysis):
     """
 
     key: ClassVar[str] = "partition"
+    needed: ClassVar[tuple[str, ...]] = ("grid",)
     claims: ClassVar[Mapping[str, tuple[str, ...]]] = {"tolerance": ("partition",)}
     results: ClassVar[Mapping[str, Any]] = {
         "partition": None,  #: the result of the general algorithm
@@ -130,9 +131,6 @@ class PartitionSection(PartitionChoices, Analysis):
     def replaces(self) -> tuple[str, ...]:
         return ("families",) if self.kind == "accurate" else ("families", "composite")
 
-    def needs(self) -> Iterator[Need]:
-        yield ("partition",), "'partition'", "grid"
-
     def check(self, study: "Study") -> None:
         if study.composite:
             text = "'partition' determines the pieces of 'composite'; expected: one of the two"
@@ -151,8 +149,7 @@ class PartitionSection(PartitionChoices, Analysis):
         sorts = [binding.family(name) for name in self.families]
         numbers = self.model_dump(exclude_unset=True, exclude={"attracting", "regions", "orders", "families"})
         objects: dict[str, Any] = {"attracting": boxes, "regions": regions, "orders": orders, "families": sorts}
-        with binding.study.source.located(("partition",)):
-            return Partition(**numbers, **{key: value for key, value in objects.items() if value})
+        return Partition(**numbers, **{key: value for key, value in objects.items() if value})
 
     def calls(self) -> "tuple[Call, ...]":
         return (call_composite,)
@@ -160,9 +157,8 @@ class PartitionSection(PartitionChoices, Analysis):
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """Steps ii to vii of the general algorithm."""
         grid = plan.bound["grid"]
-        with plan.study.source.located(("partition",)):
-            box = np.array([(axis.low, axis.high) for axis in grid.axes.values()])
-            found = partition(plan.system, grid, plan.bound["partition"], progress=plan.parallel.progress)
+        box = np.array([(axis.low, axis.high) for axis in grid.axes.values()])
+        found = partition(plan.system, grid, plan.bound["partition"], progress=plan.parallel.progress)
         if not isinstance(found, PartitionResult):
             return {"accurate": found, "speed": speeds(plan.system, found.map(plan.system), box)}
         speed = speeds(plan.system, found.composite, box)

@@ -1,6 +1,6 @@
 """The section `second_iterate`: the second iterate of the piece of one domain."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
@@ -12,7 +12,7 @@ from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.titles import pieces_with_a_map
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import ATTRACTING
-from nsmaps.study.sections.base import Analysis, Need
+from nsmaps.study.sections.base import Analysis
 from nsmaps.study.sections.maps.partition import attracting_of, is_of_partition
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ class SecondIterateSection(Analysis):
     """
 
     key: ClassVar[str] = "second_iterate"
+    needed: ClassVar[tuple[str, ...]] = ("domains",)
     stored: ClassVar[bool] = False
     results: ClassVar[Mapping[str, Any]] = {
         "second_iterate": None,
@@ -80,17 +81,13 @@ class SecondIterateSection(Analysis):
         low, high = result.domains[name].updates[-1].box[1]  # of the last auxiliary maps, whose two-cycle is (p, q)
         return {"second_iterate": second_iterate(polymap, float(low), float(high), spec.order)}
 
-    def needs(self) -> Iterator[Need]:
-        yield ("second_iterate",), "'second_iterate'", "domains"
-
     def check(self, study: "Study") -> None:
         fitted = pieces_with_a_map(study)
         of_pieces = [d.name for d in study.domains if d.map in fitted or is_of_partition(study, d.map)]
         study.source.known(("second_iterate", "domain"), self.domain, of_pieces, "domain of a fitted piece")
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
-        with plan.study.source.located(("second_iterate",)):
-            return self.recompute(result)
+        return self.recompute(result)
 
     def describe(self, study: "Study") -> str:
         return f"of the domain {self.domain}"

@@ -21,7 +21,7 @@ from nsmaps.study.estimates import COPIES, MEMBER, RETURN, STATE, Size, states
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
 from nsmaps.study.reading.classes import CLASS, OWN, Instance, form_of
 from nsmaps.study.reading.values import Name, Side
-from nsmaps.study.sections.base import Finding, Named, Need
+from nsmaps.study.sections.base import Finding, Named
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -188,10 +188,8 @@ class Families(Named[Family]):
     """Families of returns by name, each a list of words or an object of a class (step ii); needs `grid`."""
 
     key: ClassVar[str] = "families"
+    needed: ClassVar[tuple[str, ...]] = ("grid",)
     root: dict[Name, Family] = Field(default_factory=dict)
-
-    def needs(self) -> Iterator[Need]:
-        yield ("families",), "'families'", "grid"
 
     def bind(self, binding: "Binding") -> dict[str, ReturnFamily]:
         return {name: binding.family(name) for name in self}

@@ -11,7 +11,7 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.estimates import RETURN, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import Seed
-from nsmaps.study.sections.base import Analysis, Finding, Need
+from nsmaps.study.sections.base import Analysis, Finding
 
 if TYPE_CHECKING:
     from nsmaps.estimation.margin import BasinDistance
@@ -25,6 +25,7 @@ class BasinDistanceSection(Analysis):
     """The distance of the motion of a record from the boundary of its basin, as by `nsmaps.estimation.basin_distance`."""
 
     key: ClassVar[str] = "basin_distance"
+    needed: ClassVar[tuple[str, ...]] = ("estimate",)
     results: ClassVar[Mapping[str, Any]] = {"basin_distance": None}
     figures: ClassVar[tuple[StudyFigure, ...]] = (
         StudyFigure(
@@ -45,9 +46,6 @@ class BasinDistanceSection(Analysis):
     n_draws: int = Field(16, ge=0, description="draws of the estimated parameters")
     rng: Seed = 0
 
-    def needs(self) -> Iterator[Need]:
-        yield ("basin_distance",), "'basin_distance'", "estimate"
-
     def bind(self, binding: "Binding") -> None:
         from nsmaps.estimation.margin import unit_directions
 
@@ -63,9 +61,8 @@ class BasinDistanceSection(Analysis):
         """The distances."""
         from nsmaps.estimation.margin import basin_distance
 
-        with plan.study.source.located(("basin_distance",)):
-            flow = FlowSystem.require(plan.system, "a distance from a basin's boundary")
-            return {"basin_distance": basin_distance(flow, result.estimate, **self.model_dump())}
+        flow = FlowSystem.require(plan.system, "a distance from a basin's boundary")
+        return {"basin_distance": basin_distance(flow, result.estimate, **self.model_dump())}
 
     def describe(self, study: "Study") -> str:
         return f"{self._count()} directions, at the estimate and at {self.n_draws} draws"

@@ -115,15 +115,14 @@ class BifurcationSection(Range, Analysis):
 
         values, starts = np.linspace(self.low, self.high, self.points), plan.bound["bifurcation_diagram"]
         how = self.model_dump(include={"n_returns", "transient", "direction", "tolerance"}) | {"borders": True}
-        with plan.study.source.located(("bifurcation_diagram",)):
-            diagrams = {}
-            for k, of in enumerate(self.map):
-                map_of = map_along(plan, result, of, self.parameter)
-                part = None if of in ("exact", "parametric") else 1  # value: a fit takes longer than the returns
-                parallel = replace(plan.portion(k, len(self.map), of), part=part)
-                found = bifurcation_diagram(map_of, self.parameter, values, starts, **how, parallel=parallel)
-                diagrams[of] = replace(found, units=units_of(plan.system))
-            return {"bifurcation_diagram": diagrams}
+        diagrams = {}
+        for k, of in enumerate(self.map):
+            map_of = map_along(plan, result, of, self.parameter)
+            part = None if of in ("exact", "parametric") else 1  # value: a fit takes longer than the returns
+            parallel = replace(plan.portion(k, len(self.map), of), part=part)
+            found = bifurcation_diagram(map_of, self.parameter, values, starts, **how, parallel=parallel)
+            diagrams[of] = replace(found, units=units_of(plan.system))
+        return {"bifurcation_diagram": diagrams}
 
     def describe(self, study: "Study") -> str:
         returns = self.points * self.ways * (self.transient + self.n_returns) * len(self.map)

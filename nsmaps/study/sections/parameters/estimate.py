@@ -98,8 +98,7 @@ class EstimateSection(Analysis):
         from nsmaps.estimation.estimate import estimate
 
         how: Any = {name: getattr(self, name) for name in ("free", "guess", "n_guesses", "loss", "transient", "n_returns", "rng")}
-        with plan.study.source.located(("estimate",)):
-            return {"estimate": estimate(plan.system, plan.bound["estimate"], **how)}
+        return {"estimate": estimate(plan.system, plan.bound["estimate"], **how)}
 
     def describe(self, study: "Study") -> str:
         return f"{', '.join(self.free)} from {len(self.data)} records, {self.n_guesses} guesses"

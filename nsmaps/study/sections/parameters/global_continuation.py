@@ -75,9 +75,8 @@ class GlobalContinuationSection(Range, Quantified):
 
         values = np.linspace(self.low, self.high, self.points)
         how = self.model_dump(exclude={*Range.model_fields, "box"}) | {"quantifiers": self.functions(plan.study)}
-        with plan.study.source.located(("global_continuation",)):
-            where = plan.system, self.parameter, values, plan.bound["global_continuation"]
-            return {"global_continuation": global_continuation(*where, **how, parallel=plan.parallel)}
+        where = plan.system, self.parameter, values, plan.bound["global_continuation"]
+        return {"global_continuation": global_continuation(*where, **how, parallel=plan.parallel)}
 
     def describe(self, study: "Study") -> str:
         return f"{range_text(self)}, {self.n_samples} starts each, up to {self.max_returns} returns"

@@ -57,10 +57,7 @@ class LyapunovSection(Range, Analysis):
 
         values = np.linspace(self.low, self.high, self.points)
         how = self.model_dump(include={"n_returns", "transient", "direction"})
-        with plan.study.source.located(("lyapunov",)):
-            return {
-                "lyapunov": lyapunov(plan.system, self.parameter, values, plan.bound["lyapunov"], **how, parallel=plan.parallel)
-            }
+        return {"lyapunov": lyapunov(plan.system, self.parameter, values, plan.bound["lyapunov"], **how, parallel=plan.parallel)}
 
     def describe(self, study: "Study") -> str:
         returns = len(self.starts) * self.points * (self.transient + self.n_returns)

@@ -80,10 +80,7 @@ class OptimumSection(Analysis):
         guess = {name: known[name] for name in self.bounds}
         with source.located(("optimize", "bounds")):
             box(self.bounds, guess)
-        with source.located(("optimize",)):
-            check_limits(
-                self.sense, self.multiplier, self.graze, self.share, {"n_guesses": self.n_guesses}, self.states is not None
-            )
+        check_limits(self.sense, self.multiplier, self.graze, self.share, {"n_guesses": self.n_guesses}, self.states is not None)
         with source.located(("optimize", "observable")):
             what, _ = observed(binding.system, self.observable, self.per)
             if self.noisy and what.of == "flights":
@@ -108,11 +105,8 @@ class OptimumSection(Analysis):
 
         how = self.model_dump(exclude={"observable", "bounds", "start", "states", "noisy"})
         parallel = plan.portion(0, 2 if self.noisy else 1)
-        with plan.study.source.located(("optimize",)):
-            found = optimize(
-                plan.system, self.observable, self.bounds, **plan.bound["optimize"], **how, progress=parallel.progress
-            )
-            noisy = _noisy(self.noisy, plan, found) if self.noisy else None
+        found = optimize(plan.system, self.observable, self.bounds, **plan.bound["optimize"], **how, progress=parallel.progress)
+        noisy = _noisy(self.noisy, plan, found) if self.noisy else None
         return {"optimize": found, "noisy_optimum": noisy}
 
     def describe(self, study: "Study") -> str:

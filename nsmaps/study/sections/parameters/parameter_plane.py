@@ -134,13 +134,12 @@ class ParameterPlaneSection(Quantified):
 
         how = self.model_dump(include={"n_returns", "transient", "max_period", "direction", "tolerance", "refine"})
         how |= {"observables": self.observables, "quantifiers": self.functions(plan.study)}
-        with plan.study.source.located(("parameter_plane",)):
-            parallel = plan.portion(0, 1 + len(self.bifurcation_curves))
-            diagram = parameter_plane(plan.system, self.values, plan.bound["parameter_plane"], **how, parallel=parallel)
-            curves = {}
-            for number, each in enumerate(self.bifurcation_curves, 2):
-                curves[f"{each.event} of {each.branch}"] = curve_of(plan, result, each, self.ranges[1])
-                beat(number / (1 + len(self.bifurcation_curves)))
+        parallel = plan.portion(0, 1 + len(self.bifurcation_curves))
+        diagram = parameter_plane(plan.system, self.values, plan.bound["parameter_plane"], **how, parallel=parallel)
+        curves = {}
+        for number, each in enumerate(self.bifurcation_curves, 2):
+            curves[f"{each.event} of {each.branch}"] = curve_of(plan, result, each, self.ranges[1])
+            beat(number / (1 + len(self.bifurcation_curves)))
         return {"parameter_plane": diagram, "plane_curves": curves}
 
     def describe(self, study: "Study") -> str:

@@ -12,7 +12,7 @@ from nsmaps.study.conclusions.titles import pieces_with_a_map
 from nsmaps.study.estimates import Size, cover_size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
 from nsmaps.study.reading.values import Bounds, CellsPerAxis, Depth
-from nsmaps.study.sections.base import Analysis, Finding, Need, Table, Verdict
+from nsmaps.study.sections.base import Analysis, Finding, Table, Verdict
 from nsmaps.study.sections.maps.composite import COMPOSITE
 from nsmaps.study.sections.maps.surfaces import GRID
 from nsmaps.study.sections.sets.exit_times import composite_of, exits_finding, exits_table, row_numbers
@@ -31,6 +31,7 @@ class AuxiliaryMapSection(Analysis):
     """
 
     key: ClassVar[str] = "auxiliary_map"
+    needed: ClassVar[tuple[str, ...]] = ("composite", "domains")
     results: ClassVar[Mapping[str, Any]] = {
         "auxiliary_map": None,
         "auxiliary_exits": None,  #: of its regions, and arrival in A_1
@@ -57,10 +58,6 @@ class AuxiliaryMapSection(Analysis):
     start: dict[str, Number] = Field(description="start of the orbit whose cobwebs the figure shows")
     n_returns: int = Field(400, ge=1, description="returns of this orbit")
 
-    def needs(self) -> Iterator[Need]:
-        yield ("auxiliary_map",), "'auxiliary_map'", "composite"
-        yield ("auxiliary_map",), "'auxiliary_map'", "domains"
-
     def check(self, study: "Study") -> None:
         pieces = pieces_with_a_map(study)
         reduced = [domain.name for domain in study.domains if domain.map in (*pieces, "composite")]
@@ -82,23 +79,20 @@ class AuxiliaryMapSection(Analysis):
         from nsmaps.cells.times import exit_times
 
         bound, updates = plan.bound["auxiliary_map"], result.domains[self.domain].updates
-        with plan.study.source.located(("auxiliary_map",)):
-            return_map = composite_of(result)
-            if self.update > len(updates):
-                raise NsmapsError(
-                    f"update is {self.update}, and domain {self.domain!r} has {len(updates)}; expected: one of these"
-                )
-            step = updates[self.update - 1]
-            pieces = [(return_map.piece(name), box) for name, box in bound["pieces"].items()]
-            regions = [(piece, AuxiliaryRegion.of_piece(piece, box, return_map.coordinates)) for piece, box in pieces]
-            orbit = auxiliary_orbit(
-                return_map, AuxiliaryRegion("A1", step.box, step.envelopes), regions, bound["start"], self.n_returns
-            )
-            full = FullAuxiliaryMap(return_map, step.box[None], tuple(pieces))
-            target = forward_invariant_box(full, step.box, n_cells=self.n_cells)
-            goal = target if target.forward_invariant else None
-            how: Any = {"depth": self.depth, "n_cells": self.n_cells, "of": OF, "progress": plan.parallel.progress}
-            times = exit_times(full, return_map, bound["window"], **how, target=goal)
+        return_map = composite_of(result)
+        if self.update > len(updates):
+            raise NsmapsError(f"update is {self.update}, and domain {self.domain!r} has {len(updates)}; expected: one of these")
+        step = updates[self.update - 1]
+        pieces = [(return_map.piece(name), box) for name, box in bound["pieces"].items()]
+        regions = [(piece, AuxiliaryRegion.of_piece(piece, box, return_map.coordinates)) for piece, box in pieces]
+        orbit = auxiliary_orbit(
+            return_map, AuxiliaryRegion("A1", step.box, step.envelopes), regions, bound["start"], self.n_returns
+        )
+        full = FullAuxiliaryMap(return_map, step.box[None], tuple(pieces))
+        target = forward_invariant_box(full, step.box, n_cells=self.n_cells)
+        goal = target if target.forward_invariant else None
+        how: Any = {"depth": self.depth, "n_cells": self.n_cells, "of": OF, "progress": plan.parallel.progress}
+        times = exit_times(full, return_map, bound["window"], **how, target=goal)
         return {"auxiliary_map": orbit, "auxiliary_exits": times}
 
     def describe(self, study: "Study") -> str:

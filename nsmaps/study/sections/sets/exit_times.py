@@ -15,7 +15,7 @@ from nsmaps.study.conclusions.texts import finite, percent
 from nsmaps.study.estimates import Size, cover_size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import Bounds, CellsPerAxis, Depth
-from nsmaps.study.sections.base import Analysis, Finding, Need, Table
+from nsmaps.study.sections.base import Analysis, Finding, Table
 
 if TYPE_CHECKING:
     from nsmaps.cells.times import ExitTimes, TransientRow
@@ -32,6 +32,7 @@ class ExitTimesSection(Analysis):
     """
 
     key: ClassVar[str] = "exit_times"
+    needed: ClassVar[tuple[str, ...]] = ("composite",)
     results: ClassVar[Mapping[str, Any]] = {
         "cycles": None,  #: of the window of the transient regions
         "exit_times": None,
@@ -53,14 +54,10 @@ class ExitTimesSection(Analysis):
         None, ge=1, le=12, description="largest period of the cycles of the exact map that are sought in the window"
     )
 
-    def needs(self) -> Iterator[Need]:
-        yield ("exit_times",), "'exit_times'", "composite"
-
     def bind(self, binding: "Binding") -> Box:
         from nsmaps.enclosures.box_images import box_map
 
-        with binding.study.source.located(("exit_times",)):
-            box_map(binding.system)
+        box_map(binding.system)
         return binding.box(("exit_times", "box"), self.box)
 
     def calls(self) -> "tuple[Call, ...]":
@@ -75,14 +72,13 @@ class ExitTimesSection(Analysis):
         closed = result.forward_invariant_set
         target = closed if closed is not None and closed.forward_invariant else None
         how: Any = {"depth": self.depth, "n_cells": self.n_cells}
-        with plan.study.source.located(("exit_times",)):
-            composite = composite_of(result)
-            first, then = (plan.portion(half, 2).progress for half in (0, 1))
-            found = None
-            if self.max_period:
-                found = find_cycles(plan.system, window, max_period=self.max_period, **how, progress=first)
-            cycles = found.cycles if found else ()
-            times = exit_times(plan.system, composite, window, **how, target=target, cycles=cycles, progress=then)
+        composite = composite_of(result)
+        first, then = (plan.portion(half, 2).progress for half in (0, 1))
+        found = None
+        if self.max_period:
+            found = find_cycles(plan.system, window, max_period=self.max_period, **how, progress=first)
+        cycles = found.cycles if found else ()
+        times = exit_times(plan.system, composite, window, **how, target=target, cycles=cycles, progress=then)
         return {"cycles": found, "exit_times": times}
 
     def describe(self, study: "Study") -> str:

@@ -54,8 +54,7 @@ class MorseSection(Analysis):
     def bind(self, binding: "Binding") -> Box:
         from nsmaps.enclosures.box_images import box_map
 
-        with binding.study.source.located(("morse_sets",)):
-            box_map(binding.system)
+        box_map(binding.system)
         return binding.box(("morse_sets", "box"), self.box)
 
     def calls(self) -> "tuple[Call, ...]":
@@ -66,8 +65,7 @@ class MorseSection(Analysis):
         from nsmaps.cells.morse import forward_invariant_set, morse_sets
 
         how: Any = {"depth": self.depth, "n_cells": self.n_cells, "progress": plan.parallel.progress}
-        with plan.study.source.located(("morse_sets",)):
-            cover = morse_sets(plan.system, plan.bound["morse_sets"].array, **how)
+        cover = morse_sets(plan.system, plan.bound["morse_sets"].array, **how)
         closed = forward_invariant_set(plan.system, cover, cover.minimal[0]) if cover.minimal else None
         return {"morse_sets": cover, "forward_invariant_set": closed}
 
