@@ -81,6 +81,13 @@ def yes(holds: object) -> str:
     return "yes" if holds else "no"
 
 
+def span_text(values: Floats, none: str = "none") -> str:
+    """The least and the greatest of some values to three digits, NaN left out; one of them where they are the same."""
+    known = values[~np.isnan(values)]
+    ends = [f"{end:.3g}" for end in (known.min(), known.max())] if known.size else [none]
+    return " to ".join(dict.fromkeys(ends))
+
+
 def point(coordinates: Sequence[str], state: Floats) -> str:
     """One state, shape (n,), as `(v = 0.8, phi = 0.3)`."""
     return "(" + ", ".join(f"{name} = {x:.5g}" for name, x in zip(coordinates, state, strict=True)) + ")"

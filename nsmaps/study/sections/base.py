@@ -68,10 +68,16 @@ class Steps:
     key: ClassVar[str] = ""  #: of its section in a study; of a class from elsewhere the key that the study gives it
     needed: ClassVar[tuple[str, ...]] = ()  #: keys of the sections that it always needs
     step_name: ClassVar[str] = ""  #: the name of its step in a run, if not the key
-    results: ClassVar[Mapping[str, Any]] = {}  #: the parts of a study's result that it computes, each with its value without it
+    #: the parts of a study's result that it computes, each with its value without it; by default one, by the key, and None
+    results: ClassVar[Mapping[str, Any]] = {}
     stored: ClassVar[bool] = True  #: False: `recompute` is called when a run is read
     figures: ClassVar[tuple[StudyFigure, ...]] = ()  #: that show them; one of another package is drawn by its result without any
     claims: ClassVar[Mapping[str, tuple[str, ...]]] = {}  #: of the study's `require`: the sections that each needs
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        if cls.key and cls.computes() and not cls.results:
+            cls.results = {cls.key: None}
 
     @classmethod
     def name_of_step(cls) -> str:

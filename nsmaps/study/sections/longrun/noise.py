@@ -1,6 +1,6 @@
 """The section `noise`: the exact map under a forcing by noise or noise on its images, and the composite map so."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -63,9 +63,6 @@ class NoiseSection(NoiseSizes, Analysis):
     """
 
     key: ClassVar[str] = "noise"
-    results: ClassVar[Mapping[str, Any]] = {
-        "noise": None,
-    }
     figures: ClassVar[tuple[StudyFigure, ...]] = (
         StudyFigure(
             "longrun.noise",
@@ -130,14 +127,9 @@ class NoiseSection(NoiseSizes, Analysis):
 
         stays, ended, count = [], [], len(self.sigma) + (self.impacts is not None)
         counted, reduced = list[Residence](), list[Residence]()
+        how: Any = self.model_dump(include={"n_returns", "n_realisations", "rng", "step"})
         for number, sigma in enumerate(self.sigma):
             noise = self.noise(sigma)
-            how: Any = {
-                "n_returns": self.n_returns,
-                "n_realisations": self.n_realisations,
-                "rng": self.rng,
-                "step": self.step,
-            }
             orbits = noisy_orbits(
                 plan.system, plan.bound["noise"], noise, **how, parallel=plan.portion(number, count, f"sigma-{number}")
             )

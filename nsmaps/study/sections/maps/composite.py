@@ -1,7 +1,7 @@
 """The section `composite`: the pieces of the composite map, fitted, printed or reset."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from nsmaps.errors import FitError
@@ -31,7 +31,6 @@ from nsmaps.study.sections.maps.surfaces import GRID, MESH, SURFACES, surfaces_s
 if TYPE_CHECKING:
     from nsmaps.figures.parts import SeparablePiece
     from nsmaps.reduced.composite.composite import Coverage
-    from nsmaps.reduced.validation.words import Misleads
     from nsmaps.study.ahead import Call
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
@@ -122,7 +121,8 @@ class Pieces(Entries[PieceSection]):
             fits = {piece.name: report_numbers(piece.map.report) for piece in result.composite.pieces if piece.map.report}
             sections["composite"] = {"covered": result.coverage and float(result.coverage.fraction), "fits": fits}
         if result.misleads is not None:
-            sections["misleads"] = dict(zip(*_columns(result.misleads), strict=True))
+            about = asdict(result.misleads)
+            sections["misleads"] = dict(zip(about, finite(about.values()), strict=True))
         return sections
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
@@ -278,13 +278,6 @@ def pieces_size(study: "Study") -> Size:
     fits = [fit_size(piece.fit, states(piece.grid or study.grid)) for piece in study.composite if piece.fit]
     own = [surfaces_size(study, states(piece.grid), 1) for piece in study.composite if piece.grid]
     return sum([*fits, *own], Size())
-
-
-def _columns(comparison: "Misleads") -> tuple[list[str], list[float | None]]:
-    from dataclasses import asdict
-
-    about = asdict(comparison)
-    return list(about), finite(about.values())
 
 
 def _covered(result: "StudyResult", cover: "Coverage") -> str:

@@ -1,6 +1,5 @@
 """The section `second_iterate`: the second iterate of the piece of one domain."""
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
@@ -39,9 +38,6 @@ class SecondIterateSection(Analysis):
     key: ClassVar[str] = "second_iterate"
     needed: ClassVar[tuple[str, ...]] = ("domains",)
     stored: ClassVar[bool] = False
-    results: ClassVar[Mapping[str, Any]] = {
-        "second_iterate": None,
-    }
     figures: ClassVar[tuple[StudyFigure, ...]] = (
         StudyFigure(
             "domains.second_iterate",

@@ -1,6 +1,6 @@
 """The section `basin_distance`: how far the motion of a record is from the boundary of its basin, at estimated parameters."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -26,7 +26,6 @@ class BasinDistanceSection(Analysis):
 
     key: ClassVar[str] = "basin_distance"
     needed: ClassVar[tuple[str, ...]] = ("estimate",)
-    results: ClassVar[Mapping[str, Any]] = {"basin_distance": None}
     figures: ClassVar[tuple[StudyFigure, ...]] = (
         StudyFigure(
             "estimation.margin",

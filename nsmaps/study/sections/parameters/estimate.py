@@ -1,6 +1,6 @@
 """The section `estimate`: parameters of the system from measured records, in the study or in CSV files beside it."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
@@ -55,7 +55,6 @@ class EstimateSection(Analysis):
     """Parameters estimated from measured records, with their errors, as by `nsmaps.estimate`."""
 
     key: ClassVar[str] = "estimate"
-    results: ClassVar[Mapping[str, Any]] = {"estimate": None}
     figures: ClassVar[tuple[StudyFigure, ...]] = (
         StudyFigure(
             "estimation.estimate",

@@ -1,17 +1,16 @@
 """The section `global_continuation`: attractors of the exact map over a parameter, and their stability against kicks."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from itertools import islice
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
 
-from nsmaps.arrays import Floats
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.conditions.region import Box
 from nsmaps.study.conclusions.phrases import at
-from nsmaps.study.conclusions.texts import count_of, percent, plain, range_text, values_text
+from nsmaps.study.conclusions.texts import count_of, percent, plain, range_text, span_text, values_text
 from nsmaps.study.estimates import COPIES, RETURN, STATE, VALUE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import Bounds, MaxPeriod, MaxReturns, Range, Seed, Tolerance
@@ -19,7 +18,6 @@ from nsmaps.study.sections.base import Finding, Quantified, Quantifiers, Table, 
 from nsmaps.study.sections.parameters.bifurcation import missing_values
 
 if TYPE_CHECKING:
-    from nsmaps.dynamics.attractors.continued import GlobalContinuation
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
 
 NAMED = 3  #: motions of one attractor that are named
@@ -34,9 +32,6 @@ class GlobalContinuationSection(Range, Quantified):
 
     key: ClassVar[str] = "global_continuation"
     quantified: ClassVar[str] = "nsmaps.dynamics.attractors.continued:GlobalContinuation"
-    results: ClassVar[Mapping[str, Any]] = {
-        "global_continuation": None,
-    }
     figures: ClassVar[tuple[StudyFigure, ...]] = (
         StudyFigure(
             "longrun.global_continuation",
@@ -124,7 +119,7 @@ class GlobalContinuationSection(Range, Quantified):
             there = found.found[:, number]
             names = " ".join(dict.fromkeys(found.labels[there, number].tolist()))
             span = f"{found.values[there].min():.9g}", f"{found.values[there].max():.9g}"
-            ranges = (_range(100 * found.share[there, number]), *(_range(x[there, number]) for x in _measured(found)))
+            ranges = [span_text(x[there, number]) for x in (100 * found.share, found.distance, found.return_time)]
             rows.append((str(number), names if len(names) <= 24 else "several", *span, *ranges))
         notes = [f"There are {count - ROWS} more attractors."] if count > ROWS else []
         where = "distance: the smallest kick found that leads elsewhere, an upper estimate, in shares of the region's sides"
@@ -143,14 +138,3 @@ class GlobalContinuationSection(Range, Quantified):
         kinds = [change.kind for change in found.changes]
         text = f"attractors {found.share.shape[1]}, births {kinds.count('birth')}, deaths {kinds.count('death')}"
         return f"{at(result, (self.parameter,))}{range_text(self)}, {found.samples:,} random starts each; {text}."
-
-
-def _measured(found: "GlobalContinuation") -> tuple[Floats, Floats]:
-    return found.distance, found.return_time
-
-
-def _range(values: Floats) -> str:
-    """The least and the greatest value."""
-    known = values[~np.isnan(values)]
-    ends = [f"{end:.3g}" for end in (known.min(), known.max())] if known.size else ["none"]
-    return ends[0] if ends[0] == ends[-1] else " to ".join(ends)

@@ -1,6 +1,6 @@
 """The section `lyapunov`: Lyapunov exponents of the exact map over a parameter."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from itertools import groupby
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
@@ -9,7 +9,7 @@ from pydantic import Field
 
 from nsmaps.arrays import Floats
 from nsmaps.study.conclusions.phrases import at
-from nsmaps.study.conclusions.texts import each_text, percent, plain, range_text, returns_text
+from nsmaps.study.conclusions.texts import each_text, percent, plain, range_text, returns_text, span_text
 from nsmaps.study.estimates import COPIES, DERIVED, STATE, VALUE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import Range, Starts, Transient
@@ -30,9 +30,6 @@ class LyapunovSection(Range, Analysis):
     """Lyapunov exponents of the exact map over a parameter."""
 
     key: ClassVar[str] = "lyapunov"
-    results: ClassVar[Mapping[str, Any]] = {
-        "lyapunov": None,
-    }
     figures: ClassVar[tuple[StudyFigure, ...]] = (
         StudyFigure(
             "parameters.lyapunov",
@@ -131,7 +128,7 @@ def exponent_rows(sweep: "LyapunovSweep") -> list[Row]:
     for sign, run in groupby(range(len(signs)), key=signs.__getitem__):
         own = list(run)
         about = {"sign": SIGNS[sign], "from": float(values[own[0]]), "to": float(values[own[-1]]), "values": len(own)}
-        rows.append(about | {"exponent": _range(largest[own])})
+        rows.append(about | {"exponent": span_text(largest[own], "")})
     return rows
 
 
@@ -139,10 +136,3 @@ def _sign(value: float, error: float) -> int | None:
     if np.isnan(value):
         return None
     return 0 if abs(value) <= SURE * error else 1 if value > 0 else -1
-
-
-def _range(values: Floats) -> str:
-    if not len(values) or np.isnan(values).all():
-        return ""
-    ends = [f"{end:.3g}" for end in (values.min(), values.max())]
-    return ends[0] if ends[0] == ends[1] else " to ".join(ends)

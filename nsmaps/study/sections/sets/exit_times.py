@@ -8,23 +8,19 @@ from pydantic import Field
 
 from nsmaps.cells.times import HEADS
 from nsmaps.errors import NsmapsError
-from nsmaps.reduced.conditions.region import Box
-from nsmaps.study.ahead import call_boxes
 from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import finite, percent
-from nsmaps.study.estimates import Size, cover_size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
-from nsmaps.study.reading.values import Bounds, CellsPerAxis, Depth
-from nsmaps.study.sections.base import Analysis, Finding, Table
+from nsmaps.study.sections.base import Finding, Table
+from nsmaps.study.sections.sets.window import WindowSection
 
 if TYPE_CHECKING:
     from nsmaps.cells.times import ExitTimes, TransientRow
     from nsmaps.reduced.composite.composite import CompositeMap
-    from nsmaps.study.ahead import Call
-    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
+    from nsmaps.study.sections.base import Plan, StudyResult
 
 
-class ExitTimesSection(Analysis):
+class ExitTimesSection(WindowSection):
     """The share of each region of the composite map that is left within a number of returns; needs `composite`.
 
     The forward invariant set of `morse_sets`, if there is one, is the target of arrivals. Periodic points in cells that are not
@@ -47,21 +43,9 @@ class ExitTimesSection(Analysis):
         ),
     )
 
-    box: Bounds = Field(description="the window")
-    depth: Depth = 3
-    n_cells: CellsPerAxis = 32
     max_period: int | None = Field(
         None, ge=1, le=12, description="largest period of the cycles of the exact map that are sought in the window"
     )
-
-    def bind(self, binding: "Binding") -> Box:
-        from nsmaps.enclosures.box_images import box_map
-
-        box_map(binding.system)
-        return binding.box(("exit_times", "box"), self.box)
-
-    def calls(self) -> "tuple[Call, ...]":
-        return (call_boxes,)
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """The exit times of the regions of the composite map, and the cycles up to a period."""
@@ -80,12 +64,6 @@ class ExitTimesSection(Analysis):
         cycles = found.cycles if found else ()
         times = exit_times(plan.system, composite, window, **how, target=target, cycles=cycles, progress=then)
         return {"cycles": found, "exit_times": times}
-
-    def describe(self, study: "Study") -> str:
-        return f"{self.n_cells} cells an axis, halved {self.depth} times"
-
-    def size(self, study: "Study", system: "System") -> Size:
-        return cover_size(self.n_cells, len(system.coordinates), self.depth)
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         sections: dict[str, Any] = {}

@@ -6,28 +6,25 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from nsmaps.reduced.conditions.region import Box
-from nsmaps.study.ahead import call_boxes
 from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import count_of, intervals, yes
-from nsmaps.study.estimates import Size, cover_size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
-from nsmaps.study.reading.values import Bounds, CellsPerAxis, Depth
-from nsmaps.study.sections.base import Analysis, Finding, Verdict, claimed
+from nsmaps.study.reading.values import CellsPerAxis, Depth
+from nsmaps.study.sections.base import Finding, Verdict, claimed
+from nsmaps.study.sections.sets.window import WindowSection
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from nsmaps.dynamics.orbit import Orbit
-    from nsmaps.study.ahead import Call
-    from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult, System
+    from nsmaps.study.sections.base import Plan, StudyResult
 
 EXACT_ORBITS: "FigurePart[Sequence[Orbit]]" = FigurePart(
     "orbits", (), lambda result: [pair.exact for pair in result.orbits], optional=True
 )
 
 
-class MorseSection(Analysis):
+class MorseSection(WindowSection):
     """Invariant sets of the exact map in a window, covered by cells through enclosures."""
 
     key: ClassVar[str] = "morse_sets"
@@ -44,21 +41,11 @@ class MorseSection(Analysis):
             (FigurePart("a cover by Morse sets", ("morse_sets",), planar=True), EXACT_ORBITS),
         ),
     )
-    box: Bounds = Field(description="the window")
     depth: Depth = 4
     n_cells: CellsPerAxis = 8
     require: tuple[Literal["forward_invariant"], ...] = Field(
         (), description="`forward_invariant`: the first minimal component has a closed set of cells around it"
     )
-
-    def bind(self, binding: "Binding") -> Box:
-        from nsmaps.enclosures.box_images import box_map
-
-        box_map(binding.system)
-        return binding.box(("morse_sets", "box"), self.box)
-
-    def calls(self) -> "tuple[Call, ...]":
-        return (call_boxes,)
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """A cover of the invariant sets in a window, and the closed set around its first minimal component."""
@@ -68,12 +55,6 @@ class MorseSection(Analysis):
         cover = morse_sets(plan.system, plan.bound["morse_sets"].array, **how)
         closed = forward_invariant_set(plan.system, cover, cover.minimal[0]) if cover.minimal else None
         return {"morse_sets": cover, "forward_invariant_set": closed}
-
-    def describe(self, study: "Study") -> str:
-        return f"{self.n_cells} cells an axis, halved {self.depth} times"
-
-    def size(self, study: "Study", system: "System") -> Size:
-        return cover_size(self.n_cells, len(system.coordinates), self.depth)
 
     def numbers(self, result: "StudyResult") -> dict[str, Any]:
         """The hulls of the components, the graph of transitions between them, and the minimal components."""
