@@ -65,7 +65,7 @@ def in_order(span: E) -> E:
 
 
 class Section(BaseModel):
-    """A part of a study's file, of which no other keys are accepted than those of its fields."""
+    """A part of a study's file: a frozen model whose fields are its only keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True)
 
