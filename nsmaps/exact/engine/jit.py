@@ -1,8 +1,8 @@
 """Compilation of the engine: inner functions without Python wrappers, entry points stored on disk."""
 
 import math
-from collections.abc import Mapping
-from types import MappingProxyType
+from functools import cache
+from types import ModuleType
 from typing import Any
 
 from numba import cfunc, types
@@ -27,8 +27,9 @@ LAWS = {
 }
 
 
-def law_of(kind: str, text: str, names: Mapping[str, Any] = MappingProxyType({})) -> Any:
-    """The compiled callback of a function `law`, one of `LAWS`, given by its source, and the functions that it may call."""
-    known = {**names, "math": math}
+@cache  # its address is kept elsewhere
+def law_of(kind: str, text: str, *modules: ModuleType) -> Any:
+    """The compiled callback of a function `law`, one of `LAWS`, given by its source, and modules whose functions it may call."""
+    known = {name: value for module in modules for name, value in vars(module).items()} | {"math": math}
     exec(compile(text, f"<{kind}>", "exec"), known)
     return cfunc(LAWS[kind], error_model="numpy")(known["law"])

@@ -7,6 +7,19 @@ from numba.extending import intrinsic
 
 LANES = 4  #: columns of a matrix that are computed at once
 DOUBLE = 8  #: bytes
+KINDS = {types.void: ir.VoidType(), types.float64: ir.DoubleType(), types.int64: ir.IntType(64)}
+
+
+def _call(result, *given):
+    """What `intrinsic` takes of a call of the function at an address, which is the first argument: its signature and its code."""
+
+    def codegen(context, builder, signature, arguments):
+        at, *others = arguments
+        kind = ir.FunctionType(KINDS[result], [KINDS[each] for each in given])
+        value = builder.call(builder.inttoptr(at, kind.as_pointer()), others)
+        return context.get_dummy_value() if result == types.void else value
+
+    return result(types.int64, *given), codegen
 
 
 @intrinsic
@@ -38,42 +51,19 @@ def multiply_lanes(typingctx, row, columns, count, width, out):
 @intrinsic
 def call_law(typingctx, address, v, values):
     """The value of the law at an address, at the impact speed v and the parameters, which begin at the address `values`."""
-
-    def codegen(context, builder, signature, arguments):
-        double, pointer = ir.DoubleType(), ir.IntType(64)
-        at, *others = arguments
-        law = builder.inttoptr(at, ir.FunctionType(double, [double, pointer]).as_pointer())
-        return builder.call(law, others)
-
-    return types.float64(types.int64, types.float64, types.int64), codegen
+    return _call(types.float64, types.float64, types.int64)
 
 
 @intrinsic
 def write_law_ball(typingctx, address, centre, radius, values, out):
     """Let the law at an address write the ball of speeds after impacts and of its two derivatives, six numbers, to `out`."""
-
-    def codegen(context, builder, signature, arguments):
-        double, pointer = ir.DoubleType(), ir.IntType(64)
-        at, *others = arguments
-        law = builder.inttoptr(at, ir.FunctionType(ir.VoidType(), [double, double, pointer, pointer]).as_pointer())
-        builder.call(law, others)
-        return context.get_dummy_value()
-
-    return types.void(types.int64, types.float64, types.float64, types.int64, types.int64), codegen
+    return _call(types.void, types.float64, types.float64, types.int64, types.int64)
 
 
 @intrinsic
 def call_reset(typingctx, address, phase, states, parameters, out):
     """Let the reset at an address write the states after an event, and their derivatives, to `out`."""
-
-    def codegen(context, builder, signature, arguments):
-        double, pointer = ir.DoubleType(), ir.IntType(64)
-        kind = ir.FunctionType(ir.VoidType(), [double, pointer, pointer, pointer])
-        at, *others = arguments
-        builder.call(builder.inttoptr(at, kind.as_pointer()), others)
-        return context.get_dummy_value()
-
-    return types.void(types.int64, types.float64, types.int64, types.int64, types.int64), codegen
+    return _call(types.void, types.float64, types.int64, types.int64, types.int64)
 
 
 @intrinsic
@@ -83,12 +73,4 @@ def call_step(typingctx, address, state, settings, time, length, series):
     All but the address of the step are addresses of doubles: states, which are moved by the length; parameters; the time; the
     length, at which the length taken is written; coefficients row by row.
     """
-
-    def codegen(context, builder, signature, arguments):
-        pointer = ir.IntType(64)
-        kind = ir.FunctionType(ir.VoidType(), [pointer] * 5)
-        at, *others = arguments
-        builder.call(builder.inttoptr(at, kind.as_pointer()), others)
-        return context.get_dummy_value()
-
-    return types.void(*[types.int64] * 6), codegen
+    return _call(types.void, *[types.int64] * 5)

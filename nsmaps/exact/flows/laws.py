@@ -1,7 +1,7 @@
 """Formulas compiled by themselves and kept in memory: impact laws and resets that are not linear, observables."""
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import cache, lru_cache, reduce
+from functools import lru_cache, reduce
 from typing import Any
 
 import sympy as sp
@@ -16,12 +16,7 @@ def law_address(law: sp.Expr, speed: sp.Symbol, parameters: tuple[sp.Symbol, ...
     """The address of a compiled function of the impact speed and of the address of the parameters' values."""
     names = [f"    {symbol} = p[{i}]" for i, symbol in enumerate(parameters)]
     text = "\n".join([f"def law({speed}, p):", *names, f"    return {code(law)}"])
-    return _compile_law(text).address
-
-
-@lru_cache(maxsize=256)
-def _compile_law(text: str) -> Any:
-    return law_of("impact law", text)
+    return int(law_of("impact law", text).address)
 
 
 class _Printer(PythonCodePrinter):  # type: ignore[misc]
@@ -64,12 +59,7 @@ def assignments(formulas: Sequence[sp.Expr], places: Sequence[str]) -> list[str]
 
 def rows_address(source: str) -> int:
     """The address of the compiled function of a source by `rows_source`."""
-    return int(_compile_rows(source).address)
-
-
-@cache  # addresses of what is compiled are kept elsewhere
-def _compile_rows(source: str) -> Any:
-    return law_of("reset", source)
+    return int(law_of("reset", source).address)
 
 
 STEPS = (sp.floor, sp.sign, sp.Heaviside)

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from functools import lru_cache, reduce
 from itertools import count
-from typing import Any
 
 import sympy as sp
 
@@ -87,9 +86,5 @@ def ball_law_address(law: sp.Expr, speed: sp.Symbol, parameters: tuple[sp.Symbol
     lines = [f"    {speed} = Ball(centre, radius)", *(f"    {symbol} = Ball(p[{i}], 0.0)" for i, symbol in enumerate(parameters))]
     lines += [f"    {name} = {ball_code(value)}" for name, value in shared]
     lines += [f"    out[{2 * i}], out[{2 * i + 1}] = {ball_code(result)}" for i, result in enumerate(results)]
-    return _compile_law("\n".join(["def law(centre, radius, p, out):", *lines])).address
-
-
-@lru_cache(maxsize=256)
-def _compile_law(text: str) -> Any:
-    return law_of("impact law in balls", text, {**vars(balls), **vars(elementary)})
+    text = "\n".join(["def law(centre, radius, p, out):", *lines])
+    return int(law_of("impact law in balls", text, balls, elementary).address)
