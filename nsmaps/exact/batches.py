@@ -10,11 +10,10 @@ from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import as_states
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
-from nsmaps.exact.returns import Returns
+from nsmaps.exact.returns import Returns, arrays_of
 from nsmaps.parallel import SERIAL, Arrays, Parallel, begun, divides
 
 PART = 20_000  #: returns of a part, unless `parallel` says how many states
-ROWS = ("image", "turns", "codes", "outcome", "time", "derivative", "number")  #: of returns, besides their start
 
 
 @divides
@@ -54,7 +53,6 @@ def divided_returns(
 
 
 def _part(system: ReturnMap, start: Floats, n: int, derivative: bool, how: dict[str, Any]) -> Arrays:
-    """The first n returns of some states, in arrays of n rows."""
-    returns = system.orbits(start, n, derivative, **how)
-    found = {name: getattr(returns, name) for name in ROWS}
-    return {name: row.reshape(n, len(start), *row.shape[1:]) for name, row in found.items() if row is not None}
+    """The first n returns of some states, in arrays of n rows; without their starts."""
+    found = arrays_of(system.orbits(start, n, derivative, **how))
+    return {name: row.reshape(n, len(start), *row.shape[1:]) for name, row in found.items() if name != "start"}

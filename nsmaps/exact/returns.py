@@ -17,6 +17,7 @@ from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.words import PLAIN, Alphabet, encode, words_of
 from nsmaps.results import NONE, RETURNS, TIME, TURNS, Result, array, array_property
 
+ROWS = ("start", "image", "turns", "codes", "outcome", "time", "derivative", "number")  #: arrays of returns
 FEW = 8  #: number of words that are shown of returns
 
 
@@ -179,19 +180,15 @@ class Returns(WithCoordinates, Result):
     def select(self, mask: ArrayLike) -> "Returns":
         """The returns that a mask or an index array selects."""
         k = np.arange(len(self))[np.asarray(mask)]  # rows are taken by number in a fiftieth of the time
-        rows = {name: getattr(self, name).take(k, axis=0) for name in ("start", "image", "turns", "codes", "outcome", "time")}
-        derivative = None if self.derivative is None else self.derivative.take(k, axis=0)
+        rows: dict[str, Any] = {name: array.take(k, axis=0) for name, array in arrays_of(self).items()}
         margin = None if self.margin is None else Margin(self.margin.clearance[k], self.margin.slowest[k])
-        number = None if self.number is None else self.number.take(k)
-        return replace(self, **rows, derivative=derivative, margin=margin, number=number)
+        return replace(self, **rows, margin=margin)
 
     @classmethod
     def concatenate(cls, parts: "Sequence[Returns]") -> "Returns":
         """The returns of one or more batches of one map, the first one first; margins and derivatives where all have them."""
-        names = ["start", "image", "turns", "codes", "outcome", "time"]
-        rows: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
-        slopes = [part.derivative for part in parts if part.derivative is not None]
-        rows["derivative"] = np.concatenate(slopes) if len(slopes) == len(parts) else None
+        known, rows = [arrays_of(part) for part in parts], dict[str, Any](derivative=None)
+        rows |= {name: np.concatenate([each[name] for each in known]) for name in set.intersection(*map(set, known))}
         margins = [part.margin for part in parts if part.margin is not None]
         margin = None
         if len(margins) == len(parts):
@@ -205,6 +202,12 @@ class Returns(WithCoordinates, Result):
         """The number of returns for each outcome, by name."""
         values, numbers = np.unique(self.outcome, return_counts=True)
         return {Outcome(value).name: int(number) for value, number in zip(values, numbers, strict=True)}
+
+
+def arrays_of(returns: Returns) -> dict[str, NDArray[Any]]:
+    """The arrays of returns by name, of shape (N, ...): those that are there, without the margin's."""
+    found = {name: getattr(returns, name) for name in ROWS}
+    return {name: array for name, array in found.items() if array is not None}
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

@@ -8,7 +8,7 @@ import numpy as np
 
 from nsmaps.arrays import ArrayLike
 from nsmaps.errors.arguments import checked
-from nsmaps.exact.returns import Returns
+from nsmaps.exact.returns import Returns, arrays_of
 from nsmaps.exact.surfaces.family import ReturnFamily, members
 from nsmaps.exact.surfaces.surface import Grid, Surface, check_axes
 from nsmaps.exact.systems.parameters import System
@@ -64,9 +64,8 @@ def sweep(
 
 def _returns_over(systems: Sequence[System], grid: Grid) -> Arrays:
     """The arrays of the first returns of a whole grid, of each system a row."""
-    sweeps = [system.first_return(grid.states()) for system in systems]
-    names = "start", "image", "turns", "codes", "outcome", "time"
-    return {name: np.stack([getattr(returns, name) for returns in sweeps]) for name in names}
+    sweeps = [arrays_of(system.first_return(grid.states())) for system in systems]
+    return {name: np.stack([arrays[name] for arrays in sweeps]) for name in sweeps[0]}
 
 
 def _returns_of(system: System, arrays: Mapping[str, Any]) -> Returns:
