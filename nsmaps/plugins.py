@@ -110,8 +110,7 @@ def systems() -> "dict[str, type[System]]":
 
 def system_class(name: str) -> "type[System]":
     """The class of a system by its name, as `class_of`."""
-    found: type[System] = class_of(SYSTEM, name)
-    return found
+    return class_of(SYSTEM, name)
 
 
 def class_of(kind: Kind, name: str) -> type[Any]:
@@ -245,8 +244,7 @@ def _changed(place: str) -> int:
 
 def _imported(entry: EntryPoint, kind: Kind) -> type[Any]:
     """The entry point's class."""
-    found: type[Any] = _loaded(entry, lambda found: kind.checked(found, entry.value))
-    return found
+    return _loaded(entry, lambda found: kind.checked(found, entry.value))
 
 
 def _loaded(entry: EntryPoint, checked: "Callable[[Any], Any]" = lambda found: found) -> Any:
@@ -288,5 +286,4 @@ def _member(module: ModuleType, attribute: str, place: str, form: str) -> object
     """What a module has under a name."""
     if not hasattr(module, attribute):
         raise UnknownSystemError(f"{place} has no {form} {attribute!r}{near_match(attribute, dir(module))}")
-    found: object = getattr(module, attribute)
-    return found
+    return getattr(module, attribute)

@@ -17,8 +17,7 @@ def work_per_return(returns: int = 500) -> dict[str, float]:
     """Evaluations of the flight a return, and the sine-cosine pairs that they take."""
     command = [sys.executable, "-c", f"from nsmaps.bench import count; count.print_counts({returns})"]
     done = subprocess.run(command, env={**os.environ, "NUMBA_DISABLE_JIT": "1"}, capture_output=True, text=True, check=True)
-    counts: dict[str, float] = json.loads(done.stdout)
-    return counts
+    return json.loads(done.stdout)
 
 
 def print_counts(returns: int) -> None:

@@ -174,8 +174,7 @@ class Returns(WithCoordinates, Result):
 
     def has_word(self, word: str) -> NDArray[np.bool_]:
         """The returns with this word, shape (N,)."""
-        same: NDArray[np.bool_] = self.codes == encode(word, self.walls)
-        return same
+        return self.codes == encode(word, self.walls)
 
     def select(self, mask: ArrayLike) -> "Returns":
         """The returns that a mask or an index array selects."""

@@ -30,13 +30,11 @@ class Dialect:
             return self.joined(
                 self.both, [self._interval(name, names[name], *region.bounds[name]) for name in region.coordinates]
             )
-        text: str = fold(as_condition(region).text, region.coordinates, self._writer(region.coordinates, names))
-        return text
+        return fold(as_condition(region).text, region.coordinates, self._writer(region.coordinates, names))
 
     def term(self, text: str, coordinates: Sequence[str], names: Mapping[str, str]) -> str:
         """The formula of coordinates in a text, on variables of the given names."""
-        written: str = fold_term(text, coordinates, self._writer(coordinates, names))
-        return written
+        return fold_term(text, coordinates, self._writer(coordinates, names))
 
     def _writer(self, coordinates: Sequence[str], names: Mapping[str, str]) -> "_Text":
         return _Text(self, [names[name] for name in coordinates])

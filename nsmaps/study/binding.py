@@ -132,8 +132,7 @@ class Binding:
         first, source = self.system.section_letters, self.study.source
         words: Sequence[str] | Instance = self.study.families[name]
         if isinstance(words, Instance):
-            family: ReturnFamily = created(source, ("families", name), words, FAMILY, name=name)
-            return family
+            return created(source, ("families", name), words, FAMILY, name=name)
         for number, word in enumerate(words):
             loc = ("families", name, number)
             self.check_return(loc, letters_of(word))

@@ -166,8 +166,7 @@ def analysis_of(key: str, name: str) -> type[Analysis]:
     if ours is not None and may_be_renamed(ours):
         return _renamed(key, ours)
     cls: Any = class_of(ANALYSIS, name)
-    found: type[Analysis] = _named_analysis(key, name, cls)
-    return found
+    return _named_analysis(key, name, cls)
 
 
 @cache

@@ -60,8 +60,7 @@ class Runs:
     @cached_property
     def labels(self) -> list[str]:
         """The motion of the first orbit at each place."""
-        found: list[str] = self.diagram.labels[self.order, 0].tolist()
-        return found
+        return self.diagram.labels[self.order, 0].tolist()
 
     @cached_property
     def runs(self) -> list[tuple[int, int]]:

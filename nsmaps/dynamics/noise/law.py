@@ -54,8 +54,7 @@ def usual_step(system: System, tau: float) -> float:
 
 def linear_law(system: ImpactSystem) -> tuple[float, float]:
     """The k and c of the flights of a system, which obey z'' = -k z - c z' + f(t): noise is added to them by superposition."""
-    law: tuple[float, float] = system._kernel().closed_form("orbits under noise").law
-    return law
+    return system._kernel().closed_form("orbits under noise").law
 
 
 def exact_step(k: float, c: float, noise: Noise, h: float) -> Floats:

@@ -248,8 +248,7 @@ def in_closed_form(system: FlowSystem) -> TypeGuard[ImpactSystem]:
 def _kernel_of(system: FlowSystem, step: float, observables: "tuple[Observable, ...]") -> "SpectralKernel | DrivenKernel":
     """What computes one realisation."""
     if in_closed_form(system):
-        kernel: SpectralKernel = system._kernel().closed_form("orbits under noise")
-        return kernel
+        return system._kernel().closed_form("orbits under noise")
     from nsmaps.exact.noise.driven import driven_kernel
 
     return driven_kernel(system, step, observables)

@@ -50,8 +50,7 @@ class Means(Result):
     @array_property("... observable", "means per period of the forcing, or per return where there is none")
     def means(self) -> Floats:
         """The means by which the observables are shown."""
-        shown: Floats = self.shown[1].value
-        return shown
+        return self.shown[1].value
 
     @property
     def shown(self) -> tuple[str, Any]:

@@ -143,8 +143,7 @@ class FlowSystem(HybridFormulas):
             StateError: `states` is not a batch of this shape, there are not as many modes, one is unknown, or a state in sliding
                 or in contact that lasts does not lie on its surface.
         """
-        found: Arrivals = self._kernel().modes.arrivals(states, modes, derivative)
-        return found
+        return self._kernel().modes.arrivals(states, modes, derivative)
 
     def arrival_reasons(self, states: ArrayLike, modes: str | Sequence[str] | None = None) -> tuple[str, ...]:
         """Why each motion of `arrivals` ended, a sentence each, as `reasons`. Arguments and errors as `arrivals`."""

@@ -172,8 +172,7 @@ class ExactSystem(System, ExactMap):
             object.__setattr__(self, "_results", {})
         except KeyError:
             pass
-        result = self._results[name] = make()
-        return result
+        return self._results.setdefault(name, make())
 
 
 def map_name(system: System, of: str = "exact") -> str:

@@ -48,8 +48,7 @@ class PiecewiseMap(ExactSystem):
         """
         from nsmaps.exact.piecewise.inverse import inverse_of
 
-        found: PiecewiseMap = inverse_of(self)
-        return found
+        return inverse_of(self)
 
     @property
     def letters(self) -> tuple[str, ...]:

@@ -41,8 +41,7 @@ class Condition:
 
     def sympy(self) -> "sp.Basic":
         """The same condition as a sympy Boolean in real symbols of the names; `pi/3` stays exact, 0.63 a float."""
-        found: sp.Basic = fold(self.text, self.names, Symbols(self.names))
-        return found
+        return fold(self.text, self.names, Symbols(self.names))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return read_condition, (self.text, self.names)
