@@ -147,7 +147,7 @@ def check(
         needs = check_sizes(read, system, max_memory, max_hours)
     say(f"{read.name}: {read.title}" if read.title else read.name)
     given = ", ".join(f"{name} = {_short(value)}" for name, value in read.parameters.items())
-    say(f"  system: {read.system} ({given or 'parameters as they come'})")
+    say(f"  system: {read.system} ({given or 'parameters as they come'}); states ({', '.join(system.coordinates)})")
     for name, text in about(read).items():
         say(f"  {name}{text and ': '}{text}")
     if read.figures:
@@ -179,7 +179,7 @@ def run(
     installed_only: InstalledOnly = False,
     max_memory: MaxMemory = None,
     max_hours: MaxHours = None,
-    style: Drawn = "",
+    style: Drawn = None,
 ) -> None:
     """Compute what a study names, write it to a folder, and end with its result in a few lines.
 
@@ -202,7 +202,7 @@ def run(
         except Interrupted as stopped:
             _say_stopped(stopped, study, set_ or [], folder)
             raise typer.Exit(STOPPED) from None
-        result = _shown(result, folder, not no_figures, not no_report, style)
+        result = _shown(result, folder, not no_figures, not no_report, style or "")
     if not quiet:
         summary(result, folder, whole=False)
     if not result.holds:

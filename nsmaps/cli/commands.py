@@ -41,7 +41,8 @@ def show(
     from nsmaps.study.store.archive import read_result
 
     with of_run(folder):
-        summary(read_result(folder, installed_only=installed_only), folder, with_verdicts=verdicts)
+        result = read_result(folder, installed_only=installed_only)
+    summary(result, folder, with_verdicts=verdicts)
 
 
 def export(

@@ -18,8 +18,9 @@ from nsmaps.progress import beat
 if TYPE_CHECKING:
     from nsmaps.study.result import StudyResult
 
+Style = StrEnum("Style", ["journal"])  #: of figures, besides their own
 Drawn = Annotated[
-    str,
+    Style | None,
     typer.Option(
         "--style", metavar="NAME", help="journal: serif type; units and titles of panels in a text file with the caption."
     ),
@@ -121,7 +122,7 @@ def figures(
         float, typer.Option(metavar="N", min=2, max=40, help="Width of a figure in inches; type stays at 8 points.")
     ] = 5.1,
     letters: Letters = None,
-    style: Drawn = "",
+    style: Drawn = None,
     grey: Grey = False,
     installed_only: InstalledOnly = False,
 ) -> None:
@@ -139,7 +140,7 @@ def figures(
         kinds = [kind.value for kind in formats or [Format.png]]
         names = only or named_by(result)
         lettered = _lettered(letters or [])
-        paths, result = draw_listed(result, names, folder, out, kinds, dpi, width, not only, lettered, style, grey)
+        paths, result = draw_listed(result, names, folder, out, kinds, dpi, width, not only, lettered, style or "", grey)
         if unknown := set(lettered) - {path.stem for path in paths} - set(result.undrawn):
             drawn = ", ".join(path.stem for path in paths)
             raise NsmapsError(f"--letters for {', '.join(sorted(unknown))}, which is not drawn; expected: {drawn}")

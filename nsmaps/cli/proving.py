@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 PROVE = examples("nsmaps prove bouncing_ball/proof", "nsmaps prove mine.yaml --out mine.proof")
 PICTURES = tuple(f".{each}" for each in Format)
 VERIFY = examples(
-    "nsmaps verify proof-fp.proof", "nsmaps verify proof-fp.proof --figure proved.png", "python -m nsmaps.verify proof-fp.proof"
+    "nsmaps verify proof.proof", "nsmaps verify proof.proof --figure proved.png", "python -m nsmaps.verify proof.proof"
 )
 
 
@@ -42,13 +42,17 @@ def prove(
     Ctrl-C ends the search after the division of cells that is under way; what was found is kept. Pressed twice it ends at once.
     """
     with reported_errors(), progress_line(quiet):
+        from nsmaps.files.storage import unfinished
         from nsmaps.study.reading.reader import load_study
         from nsmaps.verify.certificate import write_certificate
 
         read = load_study(study, installed_only=installed_only)
-        certificate, path = _found(read), out or Path(f"{read.name.rpartition('/')[2]}.proof")
-        write_certificate(path, certificate)
-        say(f"written to {path}: {path.stat().st_size / 1e6:.3g} MB")
+        path = out or Path(f"{read.name.rpartition('/')[2]}.proof")
+        with unfinished(path.parent) as beside:  # what cannot be written is known before the search, not after it
+            certificate = _found(read)
+            write_certificate(beside / path.name, certificate)
+            (beside / path.name).replace(path)
+        say(f"written to {path}: {path.stat().st_size / 1e3:.3g} kB")
         with _refusal():
             _verified(certificate)
 

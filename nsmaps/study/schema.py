@@ -45,7 +45,9 @@ class KeyTable:
 
     def __str__(self) -> str:
         """The table as lines of text."""
-        return "\n".join([f"{self.of or 'study'}: {self.text}", *(f"  {key.name}: {key}" for key in self.keys)])
+        first, *more = (" ".join(part.split()) for part in self.text.split("\n\n"))
+        about = "\n\n".join([f"{self.of or 'study'}: {first}", *more])
+        return "\n".join([about, *(f"  {key.name}: {key}" for key in self.keys)])
 
 
 def key_tables(study: type[BaseModel]) -> dict[str, KeyTable]:

@@ -33,7 +33,7 @@ def test_check_takes_the_same_and_several() -> None:
     assert answer.exit_code == 0, answer.output
     assert answer.stdout.splitlines()[:2] == [
         "ball/drop-r=0.45-a=0.25: The ball; with r = 0.45 instead of 0.5, a = 0.25 instead of 0.2",
-        "  system: ball (a = 0.25, r = 0.45)",
+        "  system: ball (a = 0.25, r = 0.45); states (v, phi)",
     ]
 
 

@@ -64,7 +64,7 @@ def test_check_says_what_would_be_computed() -> None:
     assert estimated.startswith("  estimated, to a factor of ten: 2 s on one core and ")
     assert lines == [
         "ball/drop: The ball",
-        "  system: ball (a = 0.2, r = 0.5)",
+        "  system: ball (a = 0.2, r = 0.5); states (v, phi)",
         "  surfaces: low over 31 x 41 states",
         "  composite: slow (fit of low), fast (reset)",
         "  orbits: 5 returns",
@@ -164,6 +164,8 @@ def test_the_module_is_the_program() -> None:
     assert (answer.returncode, answer.stderr) == (0, "")
     assert answer.stdout.startswith("nsmaps ")
     assert CliRunner().invoke(app, ["run"]).exit_code == 2
+    assert CliRunner().invoke(app, ["run", "ball/drop", "--style", "jurnal"]).exit_code == 2
+    assert not Path("runs").exists()
     help_text = CliRunner().invoke(app, ["--help"])
     assert help_text.exit_code == 0
     assert all(command in help_text.stdout for command in ("systems", "check", "run", "figures"))

@@ -367,6 +367,9 @@ def test_the_commands_write_and_verify(tmp_path, certificate, monkeypatch, capsy
     assert refused.exit_code == 1
     assert "refused" in refused.output
     assert main(str(path)) == 1
+    monkeypatch.setattr("nsmaps.proof.prove.prove", pytest.fail)
+    nowhere = CliRunner().invoke(app, ["prove", "vi_pair/proof-fp", "--out", str(path / "fp.proof"), "-q"])
+    assert (nowhere.exit_code, str(path) in nowhere.output.replace("\n", "")) == (2, True)
     other = CliRunner().invoke(app, ["prove", "vi_pair/fp"])
     assert other.exit_code == 2
     assert "section 'proof'" in other.output
