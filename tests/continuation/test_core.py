@@ -203,7 +203,9 @@ def test_rounding_next_to_a_crossing_leaves_a_point_until_it_is_too_large(beside
 
 
 @pytest.mark.parametrize("ends", [(-1.0, 2.5), (2.5, -1.0), (0.0, 1.0), (-3.0, -2.0)])
-@pytest.mark.parametrize("test", [math.sin, lambda x: x**3 - x, lambda x: round(x - 0.3, 2), lambda x: math.atan(1e3 * (x - 0.1))])
+@pytest.mark.parametrize(
+    "test", [math.sin, lambda x: x**3 - x, lambda x: round(x - 0.3, 2), lambda x: math.atan(1e3 * (x - 0.1))]
+)
 def test_a_zero_is_sought_at_the_places_of_scipy(test, ends):
     """Digit for digit, also where the signs at both ends are the same, which is refused."""
     asked = {brent: [], brentq: []}
