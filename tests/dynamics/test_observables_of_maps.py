@@ -199,6 +199,45 @@ def test_an_optimum_of_a_cycle():
     assert found.value == pytest.approx((0.1 / 1.4) ** 2, rel=1e-6)
 
 
+class Fold(nsmaps.PiecewiseMap):
+    """Lozi's map in units of u: its fixed point on the right is u/(1 + a - b), with multipliers of sum -a and product -b."""
+
+    a: float = 0.7
+    b: float = 0.2
+    left: float = 0.7
+    u: float = 1.0
+    coordinates = ("x", "y")
+
+    def pieces(self, x):
+        y = {"y": self.b * x.x}
+        return {"L": (x.x < 0, {"x": self.u + self.left * x.x + x.y} | y), "R": (True, {"x": self.u - self.a * x.x + x.y} | y)}
+
+
+@pytest.mark.parametrize("u", [1e-6, 1e6])
+def test_an_optimum_follows_a_change_of_units_through_zeros_and_steep_values(u):
+    """The cycle's y passes zero with b, x grows tenfold towards its bound, and the last formula is zero at the guess."""
+    system, bounds = Fold(u=u), {"a": (-0.5, 1.5), "b": (-0.9, 0.9)}
+    start = nsmaps.periodic_orbit(system, [0.7 * u, 0.1 * u]).states
+    least = nsmaps.optimize(system, "x", bounds, start, sense="min", n_guesses=1)
+    assert least.value == pytest.approx(u / 3.4, rel=1e-9)
+    assert least.active == ("a", "b")
+    most = nsmaps.optimize(system, "x", bounds, start, n_guesses=1)  # with 0.95 and 0.45 as multipliers
+    assert most.value == pytest.approx(u / 0.0725, rel=1e-6)
+    assert most.parameters == pytest.approx({"a": -0.5, "b": 0.4275}, abs=1e-8)
+    first = u / 1.5
+    parabola = {"name": "parabola", "formula": f"(x - {first!r})*(x - {first + 0.1 * u!r})"}
+    found = nsmaps.optimize(system, parabola, {"a": bounds["a"]}, start, sense="min", n_guesses=1)
+    assert found.value == pytest.approx(-(u**2) / 400, rel=1e-9)
+    assert u / (0.8 + found.parameters["a"]) == pytest.approx(first + 0.05 * u, rel=1e-6)
+    assert not found.flat
+
+
+def test_an_optimum_of_a_parameter_without_effect_is_flat():
+    found = nsmaps.optimize(Fold(), "x", {"left": (-1.0, 1.0)}, [0.7, 0.1], n_guesses=1)
+    assert found.flat
+    assert "flat" in found.summary()
+
+
 @pytest.mark.parametrize(
     ("one", "text"),
     [

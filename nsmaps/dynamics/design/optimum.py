@@ -23,7 +23,7 @@ from nsmaps.progress import Progress, beat, shows
 from nsmaps.results import Result, array
 
 BALANCED = 1e-3  #: residual of a local optimum, at most
-ROUNDS = 8  #: of a search that ends where the motion is found further on, at most
+ROUNDS = 8  #: of a search that ends where the motion is found further on, or beside the conditions, at most
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,13 +61,14 @@ class Optimum(Result):
     orbit: PeriodicOrbit
     basins: Basins | None  #: what attracts at the optimum, of the given states
     attempts: tuple[Attempt, ...]  #: every start, in order
+    flat: bool = False  #: whether all motions met have the same value, to 1e-9: the parameters have no effect on it
 
     def summary(self) -> str:
         """The numbers that matter."""
         where = ", ".join(f"{name} = {value:.6g}" for name, value in self.parameters.items())
         limits = ", ".join(each.name for each in self.conditions if each.active) or "no condition"
         found = f"{self.sense}imum of {self.observable.name} {self.value:.8g} per {self.per}"
-        return f"{found} at {where}, residual {self.residual:.1g}; active: {limits}"
+        return f"{found} at {where}, residual {self.residual:.1g}; active: {limits}{'; flat: others are as good' * self.flat}"
 
     @property
     def active(self) -> tuple[str, ...]:
@@ -168,7 +169,7 @@ def optimize(
     conditions, left = _all_conditions(search, best, edge, basin, lies_on_share)
     gradient = dict(zip(names, (best.gradient / (high - low)).tolist(), strict=True))
     about = what, mean, sense, problem.parameters(best.at), best.value, gradient, _residual(search, left), conditions
-    return Optimum(*about, best.orbit, found, attempts)
+    return Optimum(*about, best.orbit, found, attempts, not any(one.active for one in conditions) and search.flat(best.at))
 
 
 def _searched(search: Search, first: Floats, starts: int) -> tuple[Point, tuple[Attempt, ...], bool]:
@@ -193,17 +194,19 @@ def _spread(first: Floats, starts: int) -> Floats:
 def _attempt(search: Search, at: Floats) -> tuple[Floats, Attempt, bool]:
     """Where the search ends from one start, what became of it, and whether the motion is lost further on.
 
-    It continues where the motion is found a little further along what is left of the gradient, and is better there.
+    It continues where the motion is found a little further along what is left of the gradient, and is better there; where it ends
+    beside the conditions, from the best parameters on its way that meet them.
     """
     problem = search.problem
     before, begun = len(problem.known), search.begun(at)
-    end, message = search.run(begun)
-    residual, further, edge = _left(search, end)
-    for _ in range(ROUNDS):
+    further: Floats | None = begun
+    for _ in range(ROUNDS + 1):
         if further is None:
             break
-        end, message = search.run(further)
+        ended, message = search.run(further)
+        end = search.kept(ended, before)
         residual, further, edge = _left(search, end)
+        further = further if end is ended else end
     point, _ = search.here(end)
     assert point is not None
     about = point.value, search.met(end), LOST if edge else message, len(problem.known) - before
@@ -222,7 +225,7 @@ def _left(search: Search, end: Floats) -> tuple[float, Floats | None, bool]:
 
 def _residual(search: Search, left: Floats) -> float:
     """The length of what is left of a gradient, as a share of the largest value met."""
-    return float(np.linalg.norm(left)) / (max(abs(point.value) for point in search.problem.known) or 1.0)
+    return float(np.linalg.norm(left)) / search.problem.size
 
 
 def _best(search: Search, ends: list[Floats], attempts: list[Attempt], edges: list[bool]) -> Point:

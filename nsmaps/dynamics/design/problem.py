@@ -48,6 +48,11 @@ class Problem:
     graze: float  #: least margin from a graze
     known: list[Point] = field(default_factory=list)
 
+    @property
+    def size(self) -> float:
+        """The unit of the observable: the largest value met, or what its first derivatives make of the ranges."""
+        return max(*(abs(one.value) for one in self.known), float(np.linalg.norm(self.known[0].gradient))) or 1.0
+
     def parameters(self, at: Floats) -> dict[str, float]:
         """The parameters by name."""
         values = (1 - at) * self.low + at * self.high  # exactly the bounds at 0 and 1
@@ -85,7 +90,7 @@ class Problem:
         except ValueError:
             return None
         coordinates, change = here.orbit.returns.coordinates, np.tensordot(at - here.at, here.moved, 1)
-        scale = here.orbit.scale
+        scale = np.max([one.orbit.scale for one in self.known], axis=0)  # that of a coordinate of a map vanishes with it
         long, guess = float(np.abs(change / scale).max()), coordinates.wrap(here.orbit.states + change)
         if long > LONGEST:
             return None

@@ -7,10 +7,11 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.design.problem import Point, Problem
 
-TOLERANCE = 1e-14  #: of the value, as a share of the first one, at which SLSQP ends
+TOLERANCE = 1e-14  #: of the value, as a share of the largest one known, at which SLSQP ends
 ITERATIONS = 200  #: of SLSQP, at most
+FLAT = 1e-9  #: of the value, as a share of the same, within which values are one
 MOST_LOST = 40  #: points without the motion, and without progress between them, after which a search ends
-PROGRESS = 1e-8  #: of the value, as a share of the first one
+PROGRESS = 1e-8  #: of the value, as a share of the same
 MET = 1e-8  #: by how much a condition may be missed
 NEAREST = 1 / 64  #: share of the way from the first motion to a start at which it is tried last
 LOST = "at the edge of where the motion is found"
@@ -27,6 +28,7 @@ class Search:
 
     problem: Problem
     sign: float
+    scale: float = 1.0  #: unit of what is minimised
     seen: dict[bytes, tuple[Point | None, Floats]] = field(default_factory=dict)  #: the motion at parameters, and its conditions
 
     def here(self, at: Floats) -> tuple[Point | None, Floats]:
@@ -47,11 +49,7 @@ class Search:
     def sought(self, at: Floats) -> float:
         """What is minimised, of order one; infinite where the motion is lost, which shortens the step."""
         point = self.here(at)[0]
-        return np.inf if point is None else self.sign * point.value / self._scale
-
-    @property
-    def _scale(self) -> float:
-        return abs(self.problem.known[0].value) or 1.0
+        return np.inf if point is None else self.sign * point.value / self.scale
 
     def begun(self, at: Floats) -> Floats:
         """The parameters on the way from the first motion at which it is found: at the end, half way, a quarter and so on."""
@@ -62,6 +60,16 @@ class Search:
                 return there
             share /= 2
         return first
+
+    def kept(self, end: Floats, since: int) -> Floats:
+        """The parameters where a search ends if all conditions are met there, otherwise the best ones since where they are."""
+        points = [] if self.met(end) else sorted(self.problem.known[since:], key=lambda point: self.sign * point.value)
+        return next((point.at for point in points if self.met(point.at)), end)
+
+    def flat(self, end: Floats) -> bool:
+        """Whether all motions met have one value, those on the way to a corner far from the end of a search included."""
+        self.begun(np.where(end < 0.5, 1.0, 0.0))
+        return bool(np.ptp([point.value for point in self.problem.known]) <= FLAT * self.problem.size)
 
     def beyond(self, at: Floats, way: Floats) -> tuple[Floats | None, bool]:
         """Better parameters a little further along a direction (k,), and whether the motion is lost there.
@@ -80,6 +88,7 @@ class Search:
         """The parameters at which SLSQP ends from others, and why."""
         from scipy.optimize import minimize
 
+        self.scale = self.problem.size
         last, best, lost = at.copy(), np.inf, 0
 
         def sought(x: Floats) -> float:
@@ -102,7 +111,7 @@ class Search:
             found = minimize(
                 sought,
                 at,
-                jac=lambda x: self.sign * sure(x).gradient / self._scale,
+                jac=lambda x: self.sign * sure(x).gradient / self.scale,
                 bounds=[(0.0, 1.0)] * len(at),
                 constraints=[rule],
                 method="SLSQP",

@@ -152,6 +152,7 @@ class OptimumSection(Analysis):
         found = result.optimize
         unit = " ".join(filter(None, (found.observable.unit, f"per {found.per}")))
         where = ", ".join(f"{name} = {value:.5g}" for name, value in found.parameters.items())
+        where += ", and the same at all other parameters that were met" if found.flat else ""
         what = f"{found.sense}imum of {found.observable.name} of {found.orbit.label}"
         numbers = [(f"{found.value:.6g}", f"{what}, {unit}")]
         numbers += [(f"{name} = {value:.6g}", "at the optimum") for name, value in found.parameters.items()]
