@@ -52,9 +52,9 @@ def share_carried_out(result: "StudyResult", of: str, domain: "AttractingDomain"
     return float(1 - inside(domain, return_map.first_return(states).image).mean())
 
 
-def inside(domain: "AttractingDomain", states: Floats) -> NDArray[np.bool_]:
-    """True for states, shape (N, n), in the last box of a domain, angles modulo 2 pi."""
-    box = domain.box
+def inside(domain: "AttractingDomain", states: Floats, number: int = -1) -> NDArray[np.bool_]:
+    """True for states, shape (N, n), in a box of a domain, by default the last, angles modulo 2 pi."""
+    box = domain.boxes[number]
     x = domain.coordinates.lift(states, box.mean(axis=1))
     return np.asarray(((box[:, 0] <= x) & (x <= box[:, 1])).all(axis=1))
 
@@ -118,11 +118,8 @@ def _words(result: "StudyResult", domain: "AttractingDomain") -> str:
     """The percentage of the grid's states in the start box whose word is not the most frequent one there."""
     if result.returns is None:
         return ""
-    box, names = domain.boxes[0], domain.coordinates
-    x = result.returns.start
-    x = names.lift(x, box.mean(axis=1))
-    inside = ((box[:, 0] <= x) & (x <= box[:, 1])).all(axis=1) & result.returns.valid
-    words, counts = np.unique(result.returns.words[inside], return_counts=True)
+    valid = inside(domain, result.returns.start, 0) & result.returns.valid
+    words, counts = np.unique(result.returns.words[valid], return_counts=True)
     if len(words) < 2:
         return ""
     share = 1 - counts.max() / counts.sum()

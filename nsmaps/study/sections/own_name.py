@@ -99,10 +99,6 @@ def renamed(key: str, kind: type[Analysis]) -> type[Analysis]:
             replace(need, sections=tuple(key if name == kind.key else name for name in need.sections)) for need in figure.needs
         )
         called = f"{key}_{figure.name}" if number else key
-        figures.append(replace(figure, needs=needs, called=called, seen=partial(_seen, key, kind)))
+        figures.append(replace(figure, needs=needs, called=called, seen=partial(result_of, key=key, kind=kind)))
     analysis.figures = tuple(figures)
     return analysis
-
-
-def _seen(key: str, kind: type[Analysis], result: "StudyResult") -> "StudyResult":
-    return result_of(result, key, kind)

@@ -8,7 +8,7 @@ import os
 import platform
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from functools import cache
@@ -47,14 +47,12 @@ class BrokenRunError(NsmapsError):
     """A file of a run is missing or incomplete."""
 
 
-def versions() -> dict[str, str]:
-    """The versions of Python, of nsmaps and of its dependencies, without importing them."""
-    return dict(_versions())
-
-
 @cache
-def _versions() -> dict[str, str]:
-    """Those versions, read when a process first asks for them: what it has imported stays what it was."""
+def versions() -> Mapping[str, str]:
+    """The versions of Python, of nsmaps and of its dependencies, without importing them.
+
+    They are read when a process first asks for them: what it has imported stays what it was.
+    """
     found = {"python": platform.python_version(), "platform": platform.platform()}
     for package in PACKAGES:
         with suppress(PackageNotFoundError):

@@ -39,11 +39,7 @@ class RecordSection(Section):
         """The record, a file in the folder of the study or else in the current one. DataError if it cannot be used."""
         from nsmaps.estimation.records import Record
 
-        given = {
-            name: getattr(self, name)
-            for name in ("noise", "speed_noise", "sample_noise", "phase")
-            if name in self.model_fields_set
-        }
+        given = self.model_dump(include={"noise", "speed_noise", "sample_noise", "phase"}, exclude_unset=True)
         units: dict[str, Any] = {"time_unit": self.time_unit, "length_unit": self.length_unit, "name": self.file}
         if self.file:
             beside = folder / self.file

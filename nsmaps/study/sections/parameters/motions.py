@@ -132,7 +132,7 @@ def coexisting(result: "StudyResult") -> str:
         rows = sorted(attractors(diagram)[1], key=itemgetter("motion", "beside"))
         pairs = [list(alike) for _, alike in groupby(rows, itemgetter("motion", "beside"))]
         widest = sorted(pairs, key=lambda alike: -sum(row["values"] for row in alike))[:PAIRS]
-        found = [_places(result, diagram, alike) for alike in pairs if alike in widest]
+        found = [_places(diagram, alike) for alike in pairs if alike in widest]
         found += [f"{len(pairs) - PAIRS} more pairs of motions"] if len(pairs) > PAIRS else []
         text = f"Attractors of the {result.map_title(of)} coexist: {'; '.join(found)}"
         explained = kinds_explained(name for row in rows for name in (row["motion"], row["beside"]))
@@ -141,19 +141,18 @@ def coexisting(result: "StudyResult") -> str:
     return " ".join(sentences)
 
 
-def _places(result: "StudyResult", diagram: "BifurcationDiagram", rows: list[Row]) -> str:
+def _places(diagram: "BifurcationDiagram", rows: list[Row]) -> str:
     """The interval over which the same motions coexist, or the number of values and their range."""
     ends = {"from": min(row["from"] for row in rows), "to": max(row["to"] for row in rows)}
-    where = interval(result, diagram, ends)
+    where = interval(diagram, ends)
     if len(rows) > 1:
         where = f"at {sum(row['values'] for row in rows)} values {where}"
     return f"{rows[0]['motion']} beside {rows[0]['beside']} {where}"
 
 
-def interval(result: "StudyResult", diagram: "BifurcationDiagram", row: Row) -> str:
+def interval(diagram: "BifurcationDiagram", row: Row) -> str:
     """The ends of an interval, to the digits by which neighbouring values differ: `for d from 0.225 to 0.2275`."""
-    name = result.study.bifurcation_diagram.parameter if result.study.bifurcation_diagram else ""
-    low, high = digits([row["from"], row["to"]], diagram)
+    name, (low, high) = diagram.parameter, digits([row["from"], row["to"]], diagram)
     return f"for {name} from {low} to {high}" if low != high else f"at {name} = {low}"
 
 

@@ -126,12 +126,7 @@ class OptimumSection(Analysis):
         """The optimum with its conditions, what coexists, every start, and means under noise."""
         found, noisy = result.optimize, result.noisy_optimum
         of = {"observable": found.observable.name, "unit": found.observable.unit, "per": found.per, "sense": found.sense}
-        at = {
-            "parameters": found.parameters,
-            "value": found.value,
-            "gradient": found.gradient,
-            "residual": _number(found.residual),
-        }
+        at = {name: _number(getattr(found, name)) for name in ("parameters", "value", "gradient", "residual")}
         motion = {"motion": found.orbit.label, "word": found.orbit.word, "states": found.orbit.states.tolist()}
         conditions = [
             {name: _number(value) for name, value in (asdict(one) | {"margin": one.margin}).items()} for one in found.conditions
