@@ -61,11 +61,7 @@ def formula(polynomial: AnyPolynomial, piece: str | None = None, coordinates: Se
         return _general(polynomial, Coordinates(coordinates))
     parameters = (polynomial.parameter,) if isinstance(polynomial, ParametricMap) else ()
     polymap = _polymap(polynomial, piece)
-    if polymap.variables is not None:
-        of = f"a map with the variables {', '.join(polymap.variables)}"
-        raise NsmapsError(
-            f"{of} has no closed iterates; expected: polynomials in {polymap.coordinates}, or `IteratedMap` in numbers"
-        )
+    check_closed(polymap)
     names = Coordinates([name for name in polymap.coordinates if name not in parameters])
     ring = sp.ring([symbol(name) for name in polymap.coordinates], sp.QQ)[0]
     images = {}

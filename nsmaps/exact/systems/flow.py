@@ -150,10 +150,13 @@ class FlowSystem(HybridFormulas):
         return tuple(self._kernel().modes.arrival_reasons(states, modes))
 
     def inverse(self) -> ReturnMap:
-        """The inverse of the map, on all images of states that neither rest nor chatter completely; errors as `inverse_map`."""
-        from nsmaps.exact.systems.reversed import inverse_map
+        """The inverse of the map, on all images of states that neither rest nor chatter completely.
 
-        return inverse_map(self)
+        Errors as `reversed_system`.
+        """
+        from nsmaps.exact.systems.reversed import InverseMap, reversed_system
+
+        return InverseMap(self, reversed_system(self))
 
     @abstractmethod
     def extents(self, states: ArrayLike) -> Floats:

@@ -54,11 +54,6 @@ class InverseMap(ReturnMap):
         return replace(found, start=start, image=image, turns=turns.astype(np.int32), derivative=slopes)
 
 
-def inverse_map(system: HybridFormulas) -> InverseMap:
-    """The inverse of the map of a system, by the system in reversed time. Raises as `reversed_system`."""
-    return InverseMap(system, reversed_system(system))
-
-
 def reversed_system(system: HybridFormulas) -> HybridFormulas:
     """The system in reversed time.
 

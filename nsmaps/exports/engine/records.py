@@ -17,11 +17,16 @@ def used(printer: Printer, record: Record) -> Iterator[tuple[str, Kind, Any]]:
         yield spelt(name), record.kind(name), getattr(record.value, name)
 
 
+def _constants(printer: CPrinter | JuliaPrinter, record: Record) -> str:
+    """The fields of a record that are constants, each by itself."""
+    fixed = [(f"{record.name}_{name}", value) for name, _, value in used(printer, record) if name in record.constant]
+    return "\n".join(printer.constant(name, value) for name, value in fixed)
+
+
 def c_constants(printer: CPrinter, record: Record) -> str:
     """The fixed fields of a record in C."""
     if not record.fixed:
-        fixed = [(f"{record.name}_{name}", value) for name, _, value in used(printer, record) if name in record.constant]
-        return "\n".join(printer.constant(name, value) for name, value in fixed)
+        return _constants(printer, record)
     members = [f"    {printer.member(kind, name)};" for name, kind, _ in used(printer, record)]
     values = [f"    .{name} = {printer.entries(value)}," for name, _, value in used(printer, record)]
     return "\n".join(["static const struct {", *members, f"}} {record.name} = {{", *values, "};"]) if members else ""
@@ -42,8 +47,7 @@ def c_memory(printer: CPrinter, record: Record) -> tuple[str, str]:
 def julia_constants(printer: JuliaPrinter, record: Record) -> str:
     """The fixed fields of a record in Julia."""
     if not record.fixed:
-        fixed = [(f"{record.name}_{name}", value) for name, _, value in used(printer, record) if name in record.constant]
-        return "\n".join(printer.constant(name, value) for name, value in fixed)
+        return _constants(printer, record)
     values = [f"    {name} = {printer.entries(value)}," for name, _, value in used(printer, record)]
     return "\n".join([f"const {record.name} = (", *values, ")"]) if values else ""
 
