@@ -1,16 +1,14 @@
 """Continuation of curves whose points, lengths, folds and ends are known in closed form, in units from 1e-6 to 1e6."""
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import cycle
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
 from nsmaps.continuation.core import Control, correct, follow, passes, tangent
-from nsmaps.continuation.zeros import brent, locate
+from nsmaps.continuation.zeros import locate
 
 UNITS = [1e-6, 1.0, 1e6]
 ALONG = Control(max_step=0.1, shortest=1e-9, cosine=0.98)
@@ -200,20 +198,3 @@ def test_rounding_next_to_a_crossing_leaves_a_point_until_it_is_too_large(beside
     point = correct(Equations(rounded, unit=unit), np.array([beside, 1e-9, 1e-9]), np.array([1.0, 0.0, 0.0]))
     assert (point is not None) == found
     assert point is None or np.abs(point.y[1:]).max() < 1e-14 / beside
-
-
-@pytest.mark.parametrize("ends", [(-1.0, 2.5), (2.5, -1.0), (0.0, 1.0), (-3.0, -2.0)])
-@pytest.mark.parametrize(
-    "test", [math.sin, lambda x: x**3 - x, lambda x: round(x - 0.3, 2), lambda x: math.atan(1e3 * (x - 0.1))]
-)
-def test_a_zero_is_sought_at_the_places_of_scipy(test, ends):
-    """Digit for digit, also where the signs at both ends are the same, which is refused."""
-    asked = {brent: [], brentq: []}
-    found = {}
-    for method, places in asked.items():
-        try:
-            found[method] = method(lambda x, places=places: places.append(x) or test(x), *ends, xtol=1e-13, rtol=1e-14)
-        except ValueError:
-            found[method] = None
-    assert asked[brent] == asked[brentq]
-    assert found[brent] == found[brentq]

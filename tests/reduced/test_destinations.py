@@ -5,7 +5,6 @@ from math import pi
 
 import numpy as np
 import pytest
-from scipy.spatial import KDTree
 
 import nsmaps
 from nsmaps.exact.returnmap import ReturnMap
@@ -18,7 +17,6 @@ from nsmaps.reduced.partition.candidates import ends_of_orbits
 from nsmaps.reduced.partition.partition import partition
 from nsmaps.reduced.partition.spec import Partition
 from nsmaps.reduced.validation.destinations import MISLED, Destinations
-from nsmaps.reduced.validation.words import _to_others
 
 BOX = np.array([(-2.0, 2.0)])
 
@@ -92,12 +90,3 @@ def test_a_partition_ends_on_the_right_one_of_two_attractors(pair, turn):
         path = nsmaps.orbit(found.composite, start, 3000).states[-1000:]
         near = nsmaps.dynamics.hausdorff(path, nsmaps.orbit(system, start, 3000).states[-1000:], system.coordinates)
         assert near < (0.005 if period else 0.02)
-
-
-@pytest.mark.parametrize("shape", [(9,), (20, 30), (6, 7, 5)])
-def test_distances_on_a_grid_are_those_of_a_tree(shape):
-    inside = np.random.default_rng(3).random(shape) < 0.9
-    places = np.indices(shape).reshape(len(shape), -1).T / (np.array(shape) - 1)
-    tree = KDTree(places[~inside.ravel()])
-    assert np.array_equal(_to_others(inside, inside), tree.query(places[inside.ravel()])[0])
-    assert np.isinf(_to_others(np.ones(shape, bool), inside)).all()

@@ -5,7 +5,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from nsmaps.arrays import Floats
-from nsmaps.continuation.zeros import brent
 from nsmaps.dynamics.continuation.pieces import AtBorder, pieces_of
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
 from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
@@ -35,12 +34,14 @@ def infinity_met(
         returns = at.prolonged(curve.map_of(value), 0).first_return(states, derivative=True)
         return float(np.linalg.det(PeriodicOrbit(returns, curve.tolerance, curve.scale).derivative - np.eye(states.shape[1])))
 
+    from scipy.optimize import brentq
+
     value, step = last.value, STEP * curve.unit
     slope = (singular(value) - singular(value - way * step)) / (way * step)
     far = float(np.clip(value - FARTHER * singular(value) / slope, curve.low, curve.high)) if slope else value
     if not ((far - value) * way > 0 > singular(value) * singular(far)):
         return None
-    at_infinity = brent(singular, value, far, 1e-15 * curve.unit)
+    at_infinity = float(brentq(singular, value, far, xtol=1e-15 * curve.unit))
     near = at_infinity + NEXT * (value - at_infinity)
     cycle = periodic_orbit(curve.map_of(near), states / NEXT, len(states), scale=curve.scale / NEXT)
     there = curve.evaluate(curve.y(cycle.states, near)) if cycle.converged and cycle.words == last.orbit.words else None

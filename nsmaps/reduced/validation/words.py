@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsmaps.arrays import Bools, Floats
+from nsmaps.arrays import Bools
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.compose import iterate_returns
@@ -39,6 +39,8 @@ def misleads(composite: CompositeMap, grid: Grid, return_map: ReturnMap, first: 
     The word of a piece of several returns is compared with that of as many exact ones. Distances are those between states of the
     grid, so exact to its spacing. A piece without a word, as a reset, is omitted.
     """
+    from scipy.spatial import KDTree
+
     exact = iterate_returns(return_map, first, composite.returns_of(first.start)) if composite.several else first
     ours = composite.first_return(exact.start)
     number = composite.piece_of(exact.start)
@@ -46,8 +48,11 @@ def misleads(composite: CompositeMap, grid: Grid, return_map: ReturnMap, first: 
     both = ours.valid & exact.valid & worded
     wrong = both & (ours.codes != exact.codes)
     away = np.full(len(number), np.inf)
+    places = np.indices(grid.shape).reshape(len(grid.shape), -1).T / np.maximum(np.array(grid.shape) - 1, 1)
     for k in np.unique(number[wrong]):
-        away[wrong & (number == k)] = _to_others((number == k).reshape(grid.shape), (wrong & (number == k)).reshape(grid.shape))
+        outside = _beside((number == k).reshape(grid.shape)).ravel()
+        if outside.any():  # an edge somewhere
+            away[wrong & (number == k)] = KDTree(places[outside]).query(places[wrong & (number == k)])[0]
     far = away[wrong & np.isfinite(away)]
     gone = composite.piece_of(ours.image[both]) < 0
     return Misleads(
@@ -59,22 +64,11 @@ def misleads(composite: CompositeMap, grid: Grid, return_map: ReturnMap, first: 
     )
 
 
-def _to_others(inside: Bools, wanted: Bools) -> Floats:
-    """The distances of wanted states of a grid, shape (K,), from the nearest outside of a set, in sides of the grid's box.
-
-    Infinite where there is none. Along the first axis the nearest is one of two, along the others all are compared.
-    """
-    first, *others = (np.arange(size) / max(size - 1, 1) for size in inside.shape)
-    along = first.reshape(-1, *[1] * len(others))
-    place = np.where(inside, np.nan, along)
-    before, behind = np.fmax.accumulate(place), np.fmin.accumulate(place[::-1])[::-1]
-    squares = np.nan_to_num(np.fmin((along - before) ** 2, (behind - along) ** 2), nan=np.inf)
-    found = [np.empty(0)]
-    for line, there in zip(squares, wanted, strict=True):
-        if there.any():
-            total = np.broadcast_to(line, (np.count_nonzero(there), *line.shape))
-            for k, (axis, at) in enumerate(zip(others, np.argwhere(there).T, strict=True)):
-                gap = axis[at, None] - axis
-                total = total + (gap**2).reshape(len(at), *(-1 if j == k else 1 for j in range(len(others))))
-            found.append(total.min(axis=tuple(range(1, total.ndim))))
-    return np.sqrt(np.concatenate(found))
+def _beside(inside: Bools) -> Bools:
+    """The states of a grid that are outside of a set and next to one in it along an axis: the nearest outside are among them."""
+    beside = np.zeros_like(inside)
+    for k in range(inside.ndim):
+        own, found = np.moveaxis(inside, k, 0), np.moveaxis(beside, k, 0)
+        found[1:] |= own[:-1]
+        found[:-1] |= own[1:]
+    return beside & ~inside
