@@ -13,18 +13,20 @@ for each system in them.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from math import inf, isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
 from flint import arb, arb_mat, ctx
 
-from nsmaps.verify.flights import Matrix, State, next_impact
+from nsmaps.verify.flights import State, next_impact
 from nsmaps.verify.formula import System, UnprovedError, may_meet, only_turn
 
 BITS = 96  #: of the middles of balls
 ROUNDS = 40  #: steps at most by which a box is narrowed
 KEYS = {"walls", "states", "radii"}
+ANGLES = True, False  #: which coordinates are angles: the phase
 
 
 class Stated(NamedTuple):
@@ -48,11 +50,11 @@ class Cycle(NamedTuple):
 
 
 class Step(NamedTuple):
-    """What `krawczyk` finds for a box."""
+    """What Krawczyk's operator finds for a box of the states of a cycle."""
 
     box: list[arb]  #: K
-    turns: int
-    derivatives: list[Matrix]  #: of each impact by the one before, for all states of the box
+    turns: tuple[int, ...]  #: of each coordinate until the cycle closes, zero of others than angles
+    derivatives: list[arb_mat]  #: of each state by the one before, for all states of the box
 
 
 def stated_of(data: Any, walls: int) -> Stated:
@@ -79,19 +81,26 @@ def stated_of(data: Any, walls: int) -> Stated:
 def verified(system: System, stated: Stated) -> Cycle:
     """The cycle that is stated; `UnprovedError` unless it is shown to exist and to be the only one within its radii."""
     with ctx.workprec(BITS):
-        middle = [arb(x) for x in stated.middle]
-        box = [x + arb(0, radius) for x, radius in zip(middle, stated.radii, strict=True)]
-        step = krawczyk(system, stated.walls, middle, box)
-        if not all(x.contains_interior(y) for x, y in zip(box, step.box, strict=True)):
-            raise UnprovedError(
-                f"the cycle from phase {stated.middle[0]} and speed {stated.middle[1]} is not shown to exist within its radii"
-            )
-        for _ in range(ROUNDS):
-            before, box = box, [x.intersection(y) for x, y in zip(box, step.box, strict=True)]
-            step = krawczyk(system, stated.walls, [arb(x.mid()) for x in box], box)
-            if sum(float(x.rad()) for x in box) > 0.99 * sum(float(x.rad()) for x in before):
-                break
+        start = f"phase {stated.middle[0]} and speed {stated.middle[1]}"
+        box, step = existing(partial(krawczyk, system, stated.walls), stated.middle, stated.radii, start)
         return _described(stated.walls, box, step)
+
+
+def existing(
+    krawczyk: Callable[[list[arb], list[arb]], Step], states: Sequence[float], radii: Sequence[float], start: str
+) -> tuple[list[arb], Step]:
+    """The box of a cycle, narrowed, and Krawczyk's step for it; `UnprovedError` unless it exists, alone within its radii."""
+    middle = [arb(x) for x in states]
+    box = [x + arb(0, radius) for x, radius in zip(middle, radii, strict=True)]
+    step = krawczyk(middle, box)
+    if not all(x.contains_interior(y) for x, y in zip(box, step.box, strict=True)):
+        raise UnprovedError(f"the cycle from {start} is not shown to exist within its radii")
+    for _ in range(ROUNDS):
+        before, box = box, [x.intersection(y) for x, y in zip(box, step.box, strict=True)]
+        step = krawczyk([arb(x.mid()) for x in box], box)
+        if sum(float(x.rad()) for x in box) > 0.99 * sum(float(x.rad()) for x in before):
+            break
+    return box, step
 
 
 def all_verified(
@@ -112,73 +121,89 @@ def distinct(cycles: Iterable[Cycle]) -> None:
     for cycle in cycles:
         for other in (*known.setdefault(tuple(sorted(cycle.walls)), []), cycle):
             for i, state in enumerate(other.states[other is cycle :]):
-                if other.walls[i + (other is cycle)] == cycle.walls[0] and _meet(cycle.states[0], state):
+                if other.walls[i + (other is cycle)] == cycle.walls[0] and meet(ANGLES, cycle.states[0], state):
                     raise UnprovedError(f"cycles are not shown to differ, at phase {state[0]} and speed {state[1]}")
         known[tuple(sorted(cycle.walls))].append(cycle)
 
 
 def krawczyk(system: System, walls: Sequence[int], middle: list[arb], box: list[arb]) -> Step:
     """K for a vector in a box; `UnprovedError` unless each impact of the box is followed by the next one of the cycle."""
-    images, derivatives = _images(system, walls, box)
-    turns, size = _turns(images, box), len(middle)
-    gaps = _gaps(_images(system, walls, middle)[0], middle, turns)
-    slope = arb_mat(size, size)
-    for i, derivative in enumerate(derivatives):
-        k = 2 * ((i + 1) % len(derivatives))
-        for row in (0, 1):
-            for column in (0, 1):
-                slope[2 * i + row, 2 * i + column] += derivative[row][column]
-            slope[2 * i + row, k + row] -= 1
-    try:
-        inverse = np.linalg.inv(np.array([[float(slope[i, j].mid()) for j in range(size)] for i in range(size)]))
-    except np.linalg.LinAlgError as error:
-        raise UnprovedError("the derivative of a cycle is singular") from error
-    c, one = arb_mat(inverse.tolist()), arb_mat([[int(i == j) for j in range(size)] for i in range(size)])
-    way = arb_mat([[x - y] for x, y in zip(box, middle, strict=True)])
-    move = (one - c * slope) * way - c * arb_mat([[x] for x in gaps])
-    return Step([x + move[i, 0] for i, x in enumerate(middle)], sum(turns), derivatives)
+    return step_of(partial(_images, system, walls), ANGLES, middle, box)
 
 
-def _images(system: System, walls: Sequence[int], x: Sequence[arb]) -> tuple[list[State], list[Matrix]]:
+def _images(system: System, walls: Sequence[int], x: Sequence[arb]) -> tuple[list[arb], list[arb_mat]]:
     """The impact after each state of a vector, and the derivatives; `UnprovedError` unless it is on the wall of the next."""
     states, derivatives = [], []
     for i, wall in enumerate(walls):
         impact, expected = next_impact(system, wall, x[2 * i], x[2 * i + 1]), walls[(i + 1) % len(walls)]
         if impact.wall != expected:
             raise UnprovedError(f"impact {i + 1} of a cycle is followed by one on wall {impact.wall}, not {expected}")
-        states.append((impact.phase, impact.speed))
-        derivatives.append(impact.derivative)
+        states += [impact.phase, impact.speed]
+        derivatives.append(arb_mat([list(row) for row in impact.derivative]))
     return states, derivatives
 
 
-def _turns(images: Sequence[State], box: Sequence[arb]) -> list[int]:
-    """The periods that pass until each next impact; `UnprovedError` unless they are the same for all cycles in a box."""
-    found = []
-    for i, (phase, _) in enumerate(images):
-        turns = only_turn(phase - box[2 * (i + 1) % len(box)])
+def step_of(
+    follow: Callable[[Sequence[arb]], tuple[list[arb], list[arb_mat]]],
+    angles: Sequence[bool],
+    middle: list[arb],
+    box: list[arb],
+) -> Step:
+    """K for the vector of the states of a cycle in a box.
+
+    Args:
+        follow: gives the state that follows each state of a vector, and its derivative; may raise `UnprovedError`.
+        angles: which coordinates of a state are the same up to whole turns.
+        middle: a vector in the box.
+        box: a ball for each entry.
+
+    Raises:
+        UnprovedError: the turns until a next state may differ in the box, or the derivative is singular.
+    """
+    (images, derivatives), n, size = follow(box), len(angles), len(box)
+    turns = _turns(angles, images, box)
+    near, _ = follow(middle)
+    gaps = [x - middle[(i + n) % size] - 2 * turns[i] * arb.pi() for i, x in enumerate(near)]
+    slope = arb_mat(size, size)
+    for i, derivative in enumerate(derivatives):
+        after = n * ((i + 1) % len(derivatives))
+        for row in range(n):
+            for column in range(n):
+                slope[n * i + row, n * i + column] += derivative[row, column]
+            slope[n * i + row, after + row] -= 1
+    try:
+        inverse = np.linalg.inv(np.array([[float(slope[i, j].mid()) for j in range(size)] for i in range(size)]))
+    except np.linalg.LinAlgError as error:
+        raise UnprovedError("the derivative of a cycle is singular") from error
+    c = arb_mat(inverse.tolist())
+    way = arb_mat([[x - y] for x, y in zip(box, middle, strict=True)])
+    move = (identity(size) - c * slope) * way - c * arb_mat([[x] for x in gaps])
+    return Step([x + move[i, 0] for i, x in enumerate(middle)], tuple(sum(turns[i::n]) for i in range(n)), derivatives)
+
+
+def _turns(angles: Sequence[bool], images: Sequence[arb], box: Sequence[arb]) -> list[int]:
+    """By how many turns each image exceeds the next state; `UnprovedError` unless they are the same for all cycles in a box."""
+    n, found = len(angles), []
+    for i, x in enumerate(images):
+        turns = only_turn(x - box[(i + n) % len(box)]) if angles[i % n] else 0
         if turns is None:
             raise UnprovedError(
-                f"impact {i + 1} of a cycle is not shown to be followed by the next one after one number of periods"
+                f"state {i // n + 1} of a cycle is not shown to be followed by the next after one number of turns"
             )
         found.append(turns)
     return found
 
 
-def _gaps(images: Sequence[State], x: Sequence[arb], turns: Sequence[int]) -> list[arb]:
-    """f at a vector."""
-    gaps = []
-    for i, (phase, speed) in enumerate(images):
-        k = 2 * (i + 1) % len(x)
-        gaps += [phase - x[k] - 2 * turns[i] * arb.pi(), speed - x[k + 1]]
-    return gaps
+def identity(size: int) -> arb_mat:
+    """The unit matrix."""
+    return arb_mat([[int(i == j) for j in range(size)] for i in range(size)])
 
 
 def _described(walls: tuple[int, ...], box: list[arb], step: Step) -> Cycle:
     """A cycle in a box, with what follows from the derivatives of its impacts there."""
-    product, determinant = arb_mat([[1, 0], [0, 1]]), arb(1)
+    product, determinant = identity(2), arb(1)
     for derivative in step.derivatives:
-        factor = arb_mat([list(row) for row in derivative])
-        product, determinant = factor * product, determinant * factor.det()
+        product, determinant = derivative * product, determinant * derivative.det()
     trace = product[0, 0] + product[1, 1]
     real = trace * trace - 4 * determinant
     kind = "stable" if abs(trace) < 1 + determinant and determinant < 1 else "saddle" if abs(trace) > 1 + determinant else "open"
@@ -187,9 +212,9 @@ def _described(walls: tuple[int, ...], box: list[arb], step: Step) -> Cycle:
         large = (trace + trace.sgn() * real.sqrt()) / 2
         multipliers = large, determinant / large
     states = tuple((box[i], box[i + 1]) for i in range(0, len(box), 2))
-    return Cycle(walls, states, step.turns, trace, determinant, multipliers, kind)
+    return Cycle(walls, states, step.turns[0], trace, determinant, multipliers, kind)
 
 
-def _meet(a: State, b: State) -> bool:
-    """Whether two balls of states may have a state in common, up to whole turns of the phase."""
-    return bool(a[1].overlaps(b[1])) and may_meet(a[0], b[0])
+def meet(angles: Sequence[bool], a: Sequence[arb], b: Sequence[arb]) -> bool:
+    """Whether two balls of states may have a state in common, up to whole turns of angles."""
+    return all(may_meet(x, y) if angle else bool(x.overlaps(y)) for x, y, angle in zip(a, b, angles, strict=True))

@@ -372,7 +372,7 @@ def test_boxes_around_cycles_keep_them(r: float, share: float, seed: int) -> Non
         middle = [exact(x + mp.mpf(radius) * mp.mpf(float(rng.uniform(-0.9, 0.9)))).mid() for x in (phase, speed)]
         box = [arb(x) + arb(0, radius) for x in middle]
         step = krawczyk(system, [0], [arb(x) for x in middle], box)
-    assert step.turns == 1
+    assert step.turns == (1, 0)
     assert all(x.overlaps(exact(y)) for x, y in zip(step.box, (phase, speed), strict=True))
     statement = {"walls": [0], "states": [[float(phase), float(speed)]], "radii": [[1e-7, 1e-7]]}
     cycle = verified(system, cycle_of(statement, 1))

@@ -4,17 +4,16 @@ As in `nsmaps.verify.cycles`, with Krawczyk's operator for the vector of all sta
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from math import isfinite
 from typing import Any, NamedTuple
 
-import numpy as np
 from flint import acb, acb_mat, arb, arb_mat, ctx
 
-from nsmaps.verify.formula import UnprovedError, may_meet, only_turn
+from nsmaps.verify.cycles import BITS, Step, existing, identity, meet, step_of
+from nsmaps.verify.formula import UnprovedError
 from nsmaps.verify.maps.formula import PiecewiseFormulas, image
 
-BITS = 96  #: of the middles of balls
-ROUNDS = 40  #: steps at most by which a box is narrowed
 KEYS = {"pieces", "states", "radii"}
 
 Point = tuple[arb, ...]
@@ -39,14 +38,6 @@ class Cycle(NamedTuple):
     kind: str  #: `stable`, `unstable`, or `open` where neither is shown
 
 
-class Step(NamedTuple):
-    """What `krawczyk` finds for a box."""
-
-    box: list[arb]  #: K
-    turns: tuple[int, ...]
-    derivatives: list[arb_mat]  #: of each return, for all states of the box
-
-
 def stated_of(data: Any, formulas: PiecewiseFormulas) -> Stated:
     """The statement of a cycle in a certificate; ValueError says what is wrong in it."""
     if not isinstance(data, Mapping) or set(data) != KEYS:
@@ -68,16 +59,8 @@ def stated_of(data: Any, formulas: PiecewiseFormulas) -> Stated:
 def verified(formulas: PiecewiseFormulas, stated: Stated) -> Cycle:
     """The cycle that is stated; `UnprovedError` unless it is shown to exist and to be the only one within its radii."""
     with ctx.workprec(BITS):
-        middle = [arb(x) for state in stated.states for x in state]
-        box = [x + arb(0, radius) for x, radius in zip(middle, (r for row in stated.radii for r in row), strict=True)]
-        step = krawczyk(formulas, stated.pieces, middle, box)
-        if not all(x.contains_interior(y) for x, y in zip(box, step.box, strict=True)):
-            raise UnprovedError(f"the cycle from {stated.states[0]} is not shown to exist within its radii")
-        for _ in range(ROUNDS):
-            before, box = box, [x.intersection(y) for x, y in zip(box, step.box, strict=True)]
-            step = krawczyk(formulas, stated.pieces, [arb(x.mid()) for x in box], box)
-            if sum(float(x.rad()) for x in box) > 0.99 * sum(float(x.rad()) for x in before):
-                break
+        states, radii = ([x for row in rows for x in row] for rows in (stated.states, stated.radii))
+        box, step = existing(partial(krawczyk, formulas, stated.pieces), states, radii, str(stated.states[0]))
         return _described(formulas, stated.pieces, box, step)
 
 
@@ -90,7 +73,7 @@ def all_verified(
         cycle = verified(formulas, stated_of(entry, formulas))
         for other in (*cycles, cycle):
             first = 1 if other is cycle else 0
-            if any(_meet(formulas, cycle.states[0], state) for state in other.states[first:]):
+            if any(meet(formulas.angles, cycle.states[0], state) for state in other.states[first:]):
                 raise UnprovedError(f"cycles are not shown to differ, at {[x.str(6) for x in cycle.states[0]]}")
         cycles.append(cycle)
         progress(i + 1, len(entries))
@@ -99,27 +82,7 @@ def all_verified(
 
 def krawczyk(formulas: PiecewiseFormulas, pieces: Sequence[int], middle: list[arb], box: list[arb]) -> Step:
     """K for a vector in a box; `UnprovedError` unless each state of the box is in its piece."""
-    images, derivatives = _images(formulas, pieces, box)
-    turns = _turns(formulas, images, box)
-    size, n = len(box), len(formulas.coordinates)
-    near = _images(formulas, pieces, middle)[0]
-    gaps = [x - middle[(i + n) % size] - 2 * turns[i] * arb.pi() for i, x in enumerate(near)]
-    slope = arb_mat(size, size)
-    for i, derivative in enumerate(derivatives):
-        after = n * ((i + 1) % len(derivatives))
-        for row in range(n):
-            for column in range(n):
-                slope[n * i + row, n * i + column] += derivative[row, column]
-            slope[n * i + row, after + row] -= 1
-    try:
-        inverse = np.linalg.inv(np.array([[float(slope[i, j].mid()) for j in range(size)] for i in range(size)]))
-    except np.linalg.LinAlgError as error:
-        raise UnprovedError("the derivative of a cycle is singular") from error
-    c, one = arb_mat(inverse.tolist()), _one(size)
-    way = arb_mat([[x - y] for x, y in zip(box, middle, strict=True)])
-    move = (one - c * slope) * way - c * arb_mat([[x] for x in gaps])
-    whole = tuple(sum(turns[i::n]) for i in range(n))
-    return Step([x + move[i, 0] for i, x in enumerate(middle)], whole, derivatives)
+    return step_of(partial(_images, formulas, pieces), formulas.angles, middle, box)
 
 
 def _images(formulas: PiecewiseFormulas, pieces: Sequence[int], x: Sequence[arb]) -> tuple[list[arb], list[arb_mat]]:
@@ -129,21 +92,10 @@ def _images(formulas: PiecewiseFormulas, pieces: Sequence[int], x: Sequence[arb]
     return [jet.value for row in found for jet in row], [arb_mat([list(jet.slopes) for jet in row]) for row in found]
 
 
-def _turns(formulas: PiecewiseFormulas, images: Sequence[arb], box: Sequence[arb]) -> list[int]:
-    """By how many turns each image exceeds the next state; `UnprovedError` unless they are the same for all cycles in a box."""
-    n, found = len(formulas.coordinates), []
-    for i, x in enumerate(images):
-        turns = only_turn(x - box[(i + n) % len(box)]) if formulas.angles[i % n] else 0
-        if turns is None:
-            raise UnprovedError(f"return {i // n + 1} of a cycle is not shown to be of one number of turns")
-        found.append(turns)
-    return found
-
-
 def _described(formulas: PiecewiseFormulas, pieces: tuple[int, ...], box: list[arb], step: Step) -> Cycle:
     """A cycle in a box, with what follows from the derivatives of its returns there."""
     n = len(formulas.coordinates)
-    product = _one(n)
+    product = identity(n)
     for derivative in step.derivatives:
         product = derivative * product
     try:
@@ -162,13 +114,3 @@ def _described(formulas: PiecewiseFormulas, pieces: tuple[int, ...], box: list[a
 def _real(x: acb) -> acb | arb:
     """A multiplier, real where its ball is symmetric: it then holds its conjugate, and it holds one multiplier alone."""
     return x.real if x.imag.mid() == 0 else x
-
-
-def _meet(formulas: PiecewiseFormulas, a: Point, b: Point) -> bool:
-    """Whether two balls of states may have a state in common, up to whole turns of angles."""
-    pairs = zip(a, b, formulas.angles, strict=True)
-    return all(may_meet(x, y) if angle else bool(x.overlaps(y)) for x, y, angle in pairs)
-
-
-def _one(size: int) -> arb_mat:
-    return arb_mat([[int(i == j) for j in range(size)] for i in range(size)])
