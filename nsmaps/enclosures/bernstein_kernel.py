@@ -35,7 +35,7 @@ class Work(NamedTuple):
     values: Floats  #: shape (m S,), values at the Chebyshev points, and what follows from them
     spare: Floats  #: shape (m S,)
     basis: Floats  #: shape (n, K, K), T_k in row k, at the points in columns
-    growth: Floats  #: shape (n, K), bounds of T_1 to T_K, also beyond [-1, 1]
+    growth: Floats  #: shape (n, K), bounds of T_0 to T_(K - 1), also beyond [-1, 1]
     level: Floats  #: shape (m,), the mean of the values
     own: Floats  #: shape (m,), what rounding may add between the values and the Bernstein coefficients
 
@@ -69,9 +69,9 @@ def evaluate(tables, box, work):
         low, high = (box[j, 0] - tables.centre[j]) / tables.scale[j], (box[j, 1] - tables.centre[j]) / tables.scale[j]
         middle, half = (low + high) / 2, abs(high - low) / 2 + 8 * EPS * (abs(low) + abs(high))
         reach = max(abs(middle) + half, 1.0)
-        work.growth[j, 0] = reach + math.sqrt(reach**2 - 1)
+        work.growth[j, 0] = 1.0
         for k in range(1, tables.size[j]):
-            work.growth[j, k] = work.growth[j, k - 1] * work.growth[j, 0]
+            work.growth[j, k] = work.growth[j, k - 1] * (reach + math.sqrt(reach**2 - 1))
         basis = work.basis[j]
         for q in range(tables.size[j]):
             x = middle + half * tables.points[j, q]

@@ -18,6 +18,7 @@ OPEN, CUT, MET = 0, 1, 2  #: between a state and the next: a curve, a jump, or a
 MEETS = 1e-2  #: distance of the sides of a change, as a share of the gap, at which the curve is continuous there
 ROUNDS = 200  #: of insertions into one image
 POINT = 1e-9  #: arclength of an image, in units of the scale, below which it has shrunk to a point of an attractor
+FOLDED = 300  #: images after which a curve that would be long if it were straight, but whose image is within the gap, is folded in it
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,7 +131,7 @@ def grown(growth: Growth) -> tuple[Floats, Floats, Ints, str]:
     while True:
         whole = _joined(parts)
         arclength = np.append(0.0, np.cumsum(growth.lengths(whole)))
-        if why := _end(growth, image, float(arclength[-1]), len(whole.share)):
+        if why := _end(growth, image, times, float(arclength[-1]), len(whole.share)):
             kept = arclength <= growth.length
             kept[growth.max_points :] = False
             piece = np.append(0, np.cumsum(whole.after[:-1] == CUT))
@@ -140,15 +141,19 @@ def grown(growth: Growth) -> tuple[Floats, Floats, Ints, str]:
         parts.append(image)
 
 
-def _end(growth: Growth, image: Image, length: float, states: int) -> str:
+def _end(growth: Growth, image: Image, times: int, length: float, states: int) -> str:
     """The reason why a side ends with this image, or no text."""
+    local, size = growth.local, growth.lengths(image).sum()
     if length >= growth.length:
         return f"length {growth.length:g}"
     if states >= growth.max_points:
         return f"{growth.max_points} states"
     if not len(image.share):
         return "no state has an image"
-    return "an attractor" if growth.lengths(image).sum() < POINT else ""
+    if size < POINT:
+        return "an attractor"
+    straight = times * np.log(local.multiplier) > np.log(growth.length / local.length)
+    return "images shorter than the gap" if times >= FOLDED and straight and size < growth.gap else ""
 
 
 def _joined(parts: list[Image]) -> Image:

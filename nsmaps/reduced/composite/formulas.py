@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
+from nsmaps.arrays import Floats
 from nsmaps.coordinates import TWO_PI, Coordinates
 from nsmaps.errors import ConditionError
 from nsmaps.exact.piecewise.formulas import Choices, formulas_of
@@ -75,10 +76,19 @@ def _fraction(value: sp.Expr) -> Fraction:
 
 
 def _polynomial(names: Coordinates, images: Sequence[Mapping[tuple[int, ...], Fraction]]) -> PolyMap:
-    """Images in Chebyshev products of the coordinates themselves, angles less the middle of the circle."""
+    """Images in Chebyshev products of the coordinates in their units, angles less the middle of the circle."""
     middle = np.where(names.angles, MIDDLE, 0.0)
-    box = middle[:, None] + [-1.0, 1.0]
+    box = middle[:, None] + _units(names, images)[:, None] * [-1.0, 1.0]
     return replace(PolyMap.of_monomials(names, dict(zip(names, images, strict=True)), box), domain=_domain(names))
+
+
+def _units(names: Coordinates, images: Sequence[Mapping[tuple[int, ...], Fraction]]) -> Floats:
+    """Powers of 16 in which the coefficients of all terms are nearest to one, shape (n,): in others products cancel. 1 of angles."""
+    own = np.eye(len(names))
+    terms = [(key - own[i], value) for i, image in enumerate(images) for key, value in image.items()]
+    powers = np.array([power for power, _ in terms]).reshape(-1, len(names)) * ~names.angles
+    sizes = [math.log2(abs(value.numerator)) - math.log2(value.denominator) for _, value in terms]
+    return np.asarray(16.0 ** -np.round(np.linalg.lstsq(powers, sizes)[0] / 4))
 
 
 def _formula(names: Coordinates, texts: Sequence[str]) -> PolyMap:
