@@ -93,14 +93,26 @@ def uncertainty(
     values = values_at(system, names, functions, draws)
     first = total = None
     if sobol:
-        from scipy.stats import sobol_indices
-
-        found = sobol_indices(func=lambda x: values_at(system, names, functions, x.T).T, n=n_draws, dists=laws, rng=random)
-        first, total = np.atleast_2d(found.first_order), np.atleast_2d(found.total_order)
+        first, total = _sobol(lambda some: values_at(system, names, functions, some), laws, n_draws, random)
     if not np.isfinite(values).any(axis=0).all():
         raise NsmapsError(f"{', '.join(functions)}: no value at any of {n_draws} draws; expected: values at some of them")
     statistics = np.nanmean(values, axis=0), np.nanstd(values, axis=0), np.nanquantile(values, QUANTILES, axis=0)
     return Uncertainty(names, tuple(functions), draws, values, *statistics, first, total)
+
+
+def _sobol(of: Callable[[Floats], Floats], laws: list[Any], n: int, random: np.random.Generator) -> tuple[Floats, Floats]:
+    """First-order and total Sobol indices, shape (Q, P): NaN of a quantity that has no value at a draw, or one value at all."""
+    from scipy.stats import sobol_indices
+
+    seen: list[Floats] = []
+
+    def twice(x: Floats) -> Floats:  # scipy sets the indices of a quantity without variance to 0, and fails for a single one
+        seen.append(of(x.T))
+        return np.repeat(seen[-1].T, 2, axis=0)
+
+    found = sobol_indices(func=twice, n=n, dists=laws, rng=random)
+    varies = np.ptp(np.concatenate(seen), axis=0)[:, None] > 0
+    return np.where(varies, found.first_order[::2], np.nan), np.where(varies, found.total_order[::2], np.nan)
 
 
 def law_of(parameters: Estimate | Mapping[str, Any], name: str) -> Any:
@@ -139,8 +151,13 @@ def values_at(system: System, names: tuple[str, ...], functions: Mapping[str, Ca
     for k, row in enumerate(draws):
         try:
             one = system.at(**dict(zip(names, row.tolist(), strict=True)))
-            found[k] = [float(function(one)) for function in functions.values()]
+            given = [function(one) for function in functions.values()]
         except NsmapsError:
             continue
+        try:
+            found[k] = [float(value) for value in given]
+        except (TypeError, ValueError) as error:
+            of = ", ".join(f"{name} = {value!r}" for name, value in zip(functions, given, strict=True))
+            raise NsmapsError(f"{of}; expected: a number from each function of the system") from error
         beat((k + 1) / len(draws))
     return found

@@ -27,20 +27,25 @@ class Around(NamedTuple):
     n_samples: int = 1_000_000  #: number of impacts after them, whose cells the closed set is compared with
 
 
-def closed_around(system: "ImpactSystem", start: "StateLike", flow: Flow, cells: Cells, around: Around) -> tuple[Cells, str]:
+def closed_around(
+    system: "ImpactSystem", start: "StateLike", flow: Flow, cells: Cells, around: Around, unit: float
+) -> tuple[Cells, str]:
     """The base grids with a closed set around an orbit's attractor, and how its area compares with that of the orbit's cells.
+
+    Args:
+        unit: of speeds in flow and cells.
 
     Raises:
         ProofError: the orbit ends before, or no closed set is found.
     """
     seen = system.impacts(start, around.transient + around.n_samples)
-    walls, phases, speeds = (x[around.transient :] for x in (seen.wall.astype(np.int64), seen.phase, seen.speed))
+    walls, phases, speeds = (x[around.transient :] for x in (seen.wall.astype(np.int64), seen.phase, seen.speed / unit))
     if len(walls) < around.n_samples or not speeds.max() < cells.top:
         raise ProofError(
             f"the orbit has {len(seen.wall)} impacts, with speeds up to {seen.speed.max():.6g}; expected: "
-            f"{around.transient + around.n_samples}, on the attractor below {cells.top:g}"
+            f"{around.transient + around.n_samples}, on the attractor below {unit * cells.top:g}"
         )
-    cells = closed_set(flow, cells, around.depth, (int(walls[0]), float(phases[0]), float(speeds[0])))
+    cells = closed_set(flow, cells, around.depth, (int(walls[0]), float(phases[0]), float(speeds[0])), unit)
     side, zero = cells.side << around.depth, _zero(cells)
     column, row = (phases % TWO_PI * (side / TWO_PI)).astype(np.int64), (speeds * (side / cells.top)).astype(np.int64)
     met = np.bincount(np.unique((walls * side + column) * side + row) // side**2, minlength=len(system.letters))
@@ -52,7 +57,7 @@ def closed_around(system: "ImpactSystem", start: "StateLike", flow: Flow, cells:
     )
 
 
-def closed_set(flow: Flow, cells: Cells, depth: int, seed: tuple[int, float, float]) -> Cells:
+def closed_set(flow: Flow, cells: Cells, depth: int, seed: tuple[int, float, float], unit: float = 1.0) -> Cells:
     """Base grids with the cells of a closed set around a state divided `depth` times, and given the order zero.
 
     The set is found among cells of the base grids first, then among their parts. Cells that no image meets are left out.
@@ -60,6 +65,7 @@ def closed_set(flow: Flow, cells: Cells, depth: int, seed: tuple[int, float, flo
     Args:
         cells: base grids, without orders.
         seed: wall, phase and speed of an impact on the attractor.
+        unit: of speeds, for errors.
 
     Raises:
         ProofError: orbits from cells of the set meet too many others, or speeds above all cells.
@@ -67,8 +73,8 @@ def closed_set(flow: Flow, cells: Cells, depth: int, seed: tuple[int, float, flo
     for level in range(depth + 1):
         if not _images(flow, cells, np.array([_leaf(cells, seed)]), True, LARGEST):
             raise ProofError(
-                f"orbits from the cell, one of {cells.side << level}^2, at phase {seed[1]:.6g} and speed {seed[2]:.6g} on "
-                f"wall {seed[0]} meet more than {LARGEST} others, or speeds above {cells.top:g}"
+                f"orbits from the cell, one of {cells.side << level}^2, at phase {seed[1]:.6g} and speed {unit * seed[2]:.6g} on "
+                f"wall {seed[0]} meet more than {LARGEST} others, or speeds above {unit * cells.top:g}"
             )
         found = np.flatnonzero(_zero(cells))
         if level < depth:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from nsmaps.exact.systems.system import ImpactSystem
     from nsmaps.verify.formula import System
 
-FIRST = 1e-16  #: the first radii
+FIRST = 1e-16  #: the first radii, in radians and of the largest speed
 
 
 def stated(system: "ImpactSystem", equation: "System", orbit: "PeriodicOrbit") -> dict[str, Any]:
@@ -35,7 +35,7 @@ def stated(system: "ImpactSystem", equation: "System", orbit: "PeriodicOrbit") -
     return largest_statement(
         orbit,
         {"walls": walls, "states": states.tolist()},
-        np.full(states.shape, FIRST),
+        FIRST * np.broadcast_to([1.0, states[:, 1].max()], states.shape),
         lambda middle, box: krawczyk(equation, walls, middle, box).box,
         lambda data: verified(equation, stated_of(data, len(equation.walls))),
     )

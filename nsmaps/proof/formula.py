@@ -173,8 +173,8 @@ def balls_of(equation: Mapping[str, Any]) -> "System":
         raise ProofError(f"no proof is made: {error}") from error
 
 
-def flow_of(equation: Mapping[str, Any], n: int, before: int, periods: int, speed: float) -> Flow:
-    """Tables in floats at n phases, for flights up to a number of periods and cells with speeds up to `speed`.
+def flow_of(system: "System", n: int, before: int, periods: int, speed: float) -> Flow:
+    """Tables in floats of a system at n phases, for flights up to a number of periods and cells with speeds up to `speed`.
 
     Raises:
         ProofError: flights are not bounded, as at resonance.
@@ -182,7 +182,7 @@ def flow_of(equation: Mapping[str, Any], n: int, before: int, periods: int, spee
     from nsmaps.verify.formula import UnprovedError, tables_of
 
     try:
-        tables = tables_of(balls_of(equation), n, before, periods, 1.02 * speed)  # above that of the verification, with strips
+        tables = tables_of(system, n, before, periods, 1.02 * speed)  # above that of the verification, with strips
     except UnprovedError as error:
         raise ProofError(f"no cells are searched for: {error}") from error
     (a, da, fall), size = np.abs(tables.flights).max(0), tables.size

@@ -20,12 +20,13 @@ from nsmaps.proof.cycles import stated
 from nsmaps.proof.formula import balls_of, equation_of, flow_of
 from nsmaps.proof.trap import found_trap, trapped
 from nsmaps.verify.certificate import Certificate
+from nsmaps.verify.formula import in_units
 
 if TYPE_CHECKING:
     from nsmaps.coordinates import StateLike
     from nsmaps.exact.systems.system import ImpactSystem
 
-BITS = 10  #: of the speed at the upper edge behind the binary point
+BITS = 10  #: of the speed at the upper edge in its unit, behind the binary point
 
 
 @shows
@@ -68,30 +69,31 @@ def prove(
             not proved.
     """
     _check(side, depth, n_cuts, max_periods, top)
-    top = math.ceil(top * 2**BITS) / 2**BITS
     equation = equation_of(system, radii)
     letters = [wall["letter"] for wall in equation["walls"]]
     balls = balls_of(equation)
+    scaled, unit = in_units(balls, top)
+    top = math.ceil(top / unit * 2**BITS) / 2**BITS
     known = [stated(system, balls, periodic_orbit(system, near, returns)) for near, returns in cycles]
     finest = max(depth, around.depth if around else 0)
     n = side * FINEST << finest
-    flow, cells = flow_of(equation, n, n // side, max_periods, top), base_grids(len(letters), side, n, top)
+    flow, cells = flow_of(scaled, n, n // side, max_periods, top), base_grids(len(letters), side, n, top)
     about = {"system": repr(system), "program": f"nsmaps {version('nsmaps')}"} | ({"radii": repr(dict(radii))} if radii else {})
     if around:
-        trap, (cells, about["attractor"]) = None, closed_around(system, start, flow, cells, around)
+        trap, (cells, about["attractor"]) = None, closed_around(system, start, flow, cells, around, unit)
     else:
         trap = found_trap(balls, letters, periodic_orbit(system, start, period))
     with _stop_asked() as asked:
 
         def inside(wall: Any, phases: Any, speeds: Any) -> Any:
-            return trapped(trap, wall, phases, n, speeds) if trap else np.zeros(len(wall), bool)
+            return trapped(trap, wall, phases, n, unit * speeds) if trap else np.zeros(len(wall), bool)
 
         def reached(level: int, shares: Any) -> bool:
             beat((level + 1) / (depth + n_cuts + 1), f"{level} divisions, {100 * float(np.mean(shares)):.3g} % found")
             return not asked()
 
         cells = search(flow, cells, depth, inside, reached, n_cuts)
-    grid = {"side": side, "depth": finest, "top": top, "periods": max_periods, "closed": bool(around)}
+    grid = {"side": side, "depth": finest, "top": unit * top, "periods": max_periods, "closed": bool(around)}
     codes, slopes = codes_of(cells)
     return Certificate(about, equation, trap._asdict() if trap else {}, grid, codes, known, slopes=slopes)
 

@@ -9,17 +9,19 @@ way. Slopes are only data: what is verified of strips holds for any.
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from math import frexp, inf
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.verify.arrivals import LEFT, Frame, Tree, compiled
-from nsmaps.verify.formula import System, tables_of
+from nsmaps.verify.formula import System, in_units, tables_of
 from nsmaps.verify.images import covered, frame_of
 
 SPLIT, CUT = 65534, 65533  #: codes of cells that are divided; codes below are orders, zero that of the trap
 SHARES = 8  #: a slope is in eighths of the height of a square by its width
+TOP = 20  #: bits of the speed at the upper edge
 BITS = 30  #: of n, of SHARES and of the halvings of strips together: lines are exact
 FINEST = 8  #: phases of the tables in the narrowest cell, at least
 CHUNK = 20_000
@@ -90,9 +92,10 @@ def _check_grid(grid: Grid, walls: int, codes: int) -> None:
     """Whether numbers of a grid are of the right kind and size, and within what can be verified."""
     side, depth, top, periods, closed = grid
     whole = all(type(x) is int for x in (side, depth, periods)) and type(closed) is bool and type(top) in (int, float)
-    if not whole or side < 32 or side & side - 1 or not 0 <= depth <= 20 or not top > 0 or top * 2**10 % 1 or periods < 1:
+    fine = whole and 0 < top < inf and frexp(top)[0] * 2**TOP % 1 == 0
+    if not fine or side < 32 or side & side - 1 or not 0 <= depth <= 20 or periods < 1:
         raise CertificateError(
-            f"{grid}: expected a side that is a power of two >= 32, a depth <= 20, a speed that is a multiple of 2^-10, and a "
+            f"{grid}: expected a side that is a power of two >= 32, a depth <= 20, a speed above 0 of {TOP} bits, and a "
             "number of periods from 1 on"
         )
     if walls * side**2 > codes or side * FINEST * (periods + 1) << depth > MOST:
@@ -152,33 +155,39 @@ def check_cells(
             orbits are shown to converge elsewhere; unused for `closed` grids.
         slopes: of the squares that are cut.
     """
+    system, unit = in_units(system, grid.top)
+    grid = grid._replace(top=grid.top / unit)
     tree = tree_of(grid, len(system.walls), codes, slopes)
     base, steepest = tree.n // tree.side, float(np.abs(tree.slope).max())
     if base * steepest > min(1.0, grid.top):
         raise CertificateError(f"a slope of {steepest * tree.n:g} a period is too large for the bounds of rounding")
     fastest = grid.top + base * steepest
     tables = tables_of(system, tree.n, base, grid.periods, fastest)
-    if tables.step * tree.n > 16 or grid.top > grid.side:
-        raise CertificateError(
-            "cells are too large for the bounds of rounding: expected a period < 16 and a speed below the cells of a side"
-        )
-    leaves = np.flatnonzero((tree.child < 0) & (tree.order < LEFT))
+    if tables.step * tree.n > 16:
+        raise CertificateError("the period is known too little for the bounds of rounding")
+    given, leaves = tree._replace(top=unit * tree.top), np.flatnonzero((tree.child < 0) & (tree.order < LEFT))
     if not grid.closed:
-        _check_trap(tree, leaves[tree.order[leaves] == 0], trapped)
+        _check_trap(given, leaves[tree.order[leaves] == 0], trapped)
         leaves = leaves[tree.order[leaves] > 0]
-    frame, limits = frame_of(tables), np.maximum(tree.order[leaves], 1)
+    failed = _failed(frame_of(tables), tree, leaves, progress, workers)
+    if failed >= 0:
+        raise CertificateError(f"not proved: that orbits from {place_of(given, failed)} are later in cells of a lower order")
+    left = (tree.child < 0) & (tree.order == LEFT)
+    proved, zero = (_share(tree, last, len(system.walls)) for last in (CUT - 1, 0))
+    return Shares(proved, zero, not left.any())
+
+
+def _failed(frame: Frame, tree: Tree, leaves: NDArray[np.int64], progress: Callable[[int, int], Any], workers: int) -> int:
+    """One of some cells that is not proved, or -1."""
+    limits = np.maximum(tree.order[leaves], 1)
     parts = [slice(i, i + CHUNK) for i in range(0, len(leaves), CHUNK)]
     with ThreadPoolExecutor(workers) as pool:
         for done, failed in enumerate(pool.map(lambda part: _first_failure(frame, tree, leaves[part], limits[part]), parts)):
             if failed >= 0:
                 pool.shutdown(cancel_futures=True)
-                raise CertificateError(
-                    f"not proved: that orbits from {place_of(tree, failed)} are later in cells of a lower order"
-                )
+                return failed
             progress(min(CHUNK * (done + 1), len(leaves)), len(leaves))
-    left = (tree.child < 0) & (tree.order == LEFT)
-    proved, zero = (_share(tree, last, len(system.walls)) for last in (CUT - 1, 0))
-    return Shares(proved, zero, not left.any())
+    return -1
 
 
 def _share(tree: Tree, last: int, walls: int) -> NDArray[np.float64]:
@@ -211,7 +220,7 @@ def place_of(tree: Tree, node: int) -> str:
     """A cell in words."""
     turn, high = 2 * np.pi / tree.n, tree.top * tree.width[node] / tree.n
     first, row, end = tree.first[node], tree.row[node], tree.first[node] + tree.width[node]
-    speeds = f"{row * high:.6f}..{(row + 1) * high:.6f}"
+    speeds = f"{row * high:.6g}..{(row + 1) * high:.6g}"
     return f"the cell {node} of wall {tree.wall[node]}: phases {first * turn:.6f}..{end * turn:.6f}, speeds {speeds}"
 
 

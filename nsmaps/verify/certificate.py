@@ -178,9 +178,8 @@ def _of_cycles(found: Verified) -> list[str]:
     if not found.cycles:
         return []
     kinds = ", ".join(f"{[x.kind for x in found.cycles].count(kind)} {kind}" for kind in ("stable", "saddle", "open"))
-    lines = [
-        f"Proved: {len(found.cycles)} different cycles exist, each the only one with its walls within the stated radii: {kinds}."
-    ]
+    number = f"{len(found.cycles)} different cycles exist, each" if len(found.cycles) > 1 else "a cycle exists,"
+    lines = [f"Proved: {number} the only one with its walls within the stated radii: {kinds}."]
     for cycle in found.cycles[:MOST]:
         word, (phase, speed) = "".join(found.letters[wall] for wall in cycle.walls), cycle.states[0]
         numbers = (

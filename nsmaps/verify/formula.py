@@ -14,7 +14,7 @@ and of the one that is to hold it. Two balls may have a phase in common where th
 """
 
 from collections.abc import Mapping
-from math import ceil, floor, isfinite, pi
+from math import ceil, floor, isfinite, log2, pi
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,6 +26,7 @@ UNIT = 2.0**-53  #: half the distance of 1 from the next double
 WIDER = 1 + 2.0**-40  #: more than a few roundings
 PIECES = 2048  #: parts of the longest flight, over each of which a bound is one ball
 EXTRA = 30  #: bits that the exponential of a matrix may lose
+PERIOD, SPEED = 1.65, 1.0  #: logarithms to base two of the middle of what a period and the largest speed are in their units
 KNOWN = 10  #: bits to which the discriminant of the damping is known where a formula divides by its root
 
 
@@ -60,6 +61,17 @@ def system_of(data: Mapping[str, Any]) -> System:
     if len(walls) == 2 and not places[-1] < places[1]:
         raise ValueError("the wall that stops a falling displacement is not shown to be below the one that stops a growing one")
     return System(b, k, g, cosine, sine, frequency * arb.pi() ** data["frequency"][2], walls, r)
+
+
+def in_units(system: System, top: float) -> tuple[System, float]:
+    """The system in units in which a period and the speed `top` are near one, for bounds of rounding, and that unit of speed.
+
+    They are powers of 16, so that no number loses a digit.
+    """
+    time, unit = (16.0 ** round((log2(x) - y) / 4) for x, y in ((2 * pi / float(system.frequency.mid()), PERIOD), (top, SPEED)))
+    b, k, g, cosine, sine, frequency, walls, r = system
+    force, places = time / unit, tuple((at / (time * unit), side) for at, side in walls)
+    return System(b * time, k * time**2, g * force, cosine * force, sine * force, frequency * time, places, r), unit
 
 
 def ball(entry: Any) -> arb:

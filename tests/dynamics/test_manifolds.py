@@ -63,6 +63,15 @@ def test_a_closed_form(flip):
     assert stable.multiplier == pytest.approx(0.5)
 
 
+def test_a_manifold_that_is_folded_within_the_gap_ends():
+    """In a unit of a thousand the whole attractor, three long, is within the gap: it never gets longer than that."""
+    return_map = Henon()
+    saddle = nsmaps.periodic_orbit(return_map, [0.63, 0.19], scale=[1e3, 1e3])
+    found = nsmaps.manifold(return_map, saddle, length=3.0)
+    assert found.ended == ("images shorter than the gap",) * 2
+    assert np.abs(found.states).max() < 1.5
+
+
 def test_a_jump_is_cut_where_it_is():
     """The side to the right is y = x^2 up to x = 2, then the image of [1, 2]: from (-1, -4.5) to (1, -3)."""
     return_map = Bent(jump=True)

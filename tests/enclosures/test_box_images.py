@@ -18,7 +18,9 @@ from nsmaps.coordinates import Angle, nearest_turn
 from nsmaps.enclosures.box_images import FittedBoxes, box_map
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import Outcome
+from nsmaps.exact.systems.piecewise import PiecewiseMap
 from nsmaps.reduced.composite.composite import CompositeMap, Piece
+from nsmaps.reduced.composite.formulas import composite_of
 from nsmaps.reduced.conditions.region import Box, ConditionRegion
 from nsmaps.reduced.fit.polymap import PolyMap
 
@@ -34,6 +36,29 @@ def polymap(names, degree, seed, centre=0.5, scale=1.0, absolute=()):
     middle = np.full(n, float(centre))
     domain = np.stack([middle - scale, middle + scale], axis=1)
     return PolyMap(tuple(names), (exponents,) * n, coefficients, middle, np.full(n, float(scale)), domain, absolute)
+
+
+class Parabola(PiecewiseMap):
+    """Henon's map in units of its own of both coordinates."""
+
+    s: float
+    u: float
+    coordinates = ("x", "y")
+
+    def pieces(self, x):
+        return {"H": (True, {"x": self.s * (1 - 1.4 * (x.x / self.s) ** 2 + x.y / self.u), "y": 0.3 * self.u * x.x / self.s})}
+
+
+@pytest.mark.parametrize("units", [[1e6, 1e6], [1e-6, 1e-6], [1e-9, 1e5], [1e-4, 1e12]])
+def test_a_map_by_formula_loses_no_digits_in_other_units(units):
+    """Its polynomials, and the image of a box, whose ends are known: of x in [0, 1/2], y in [-1/4, 1/4]."""
+    return_map = Parabola(s=units[0], u=units[1])
+    x, y = np.random.default_rng(0).uniform(-1, 1, (2, 500))
+    exact = np.column_stack([1 - 1.4 * x**2 + y, 0.3 * x])
+    fitted = composite_of(return_map).first_return(np.column_stack([x, y]) * units).image
+    np.testing.assert_allclose(fitted / units, exact, atol=4e-15)
+    (box,) = box_map(return_map).image_boxes([[[0, units[0] / 2], [-units[1] / 4, units[1] / 4]]]).images
+    np.testing.assert_allclose(box / np.array(units)[:, None], [[0.4, 1.25], [0, 0.15]], atol=1e-11)
 
 
 def where(text):

@@ -62,6 +62,25 @@ def test_sobol_indices_are_those_of_a_sum_and_distributions_are_what_is_given() 
     assert spread.deviations[0] == pytest.approx(np.sqrt(5 / 12), abs=0.04)
 
 
+def test_sobol_indices_are_left_out_where_they_do_not_exist() -> None:
+    """One quantity without variance, one without a value at some draws; beside the exact index of a single one."""
+
+    def low(ball: Any) -> float:
+        if ball.e > 0.5:
+            raise nsmaps.NsmapsError("no value")
+        return float(ball.e)
+
+    ball, laws = Drop(g=1.0, e=0.5), {"e": (0.0, 1.0)}
+    for quantity, index in ((lambda ball: 3.0, np.nan), (low, np.nan), (lambda ball: 2 * ball.e, 1.0)):
+        found = nsmaps.uncertainty(ball, laws, quantity, n_draws=64, sobol=True)
+        np.testing.assert_allclose(found.first_order, [[index]], atol=0.03)
+        np.testing.assert_allclose(found.total_order, [[index]], atol=0.03)
+        assert isinstance(found.plot(), Figure)
+    for wrong in (None, [1.0, 2.0]):
+        with pytest.raises(nsmaps.NsmapsError, match=r"speed = .*; expected: a number from each function of the system"):
+            nsmaps.uncertainty(ball, laws, {"speed": lambda ball, wrong=wrong: wrong})
+
+
 def test_quantities_without_a_value_are_counted_and_wrong_distributions_refused() -> None:
     def quantity(ball: Any) -> float:
         if ball.e > 0.5:

@@ -40,7 +40,7 @@ def near(wall, phases, n, speeds):
 
 
 def found(equation, flow=None):
-    flow = flow or flow_of(equation, N, N // GRID.side, GRID.periods, GRID.top)
+    flow = flow or flow_of(system_of(equation), N, N // GRID.side, GRID.periods, GRID.top)
     inside = lambda wall, phases, speeds: near(wall, phases, N, speeds)  # noqa: E731
     shares = []
     progress = lambda level, found: shares.append(found) or True  # noqa: E731
@@ -120,7 +120,7 @@ def test_divisions_that_are_not_meant_are_refused(wrong):
 
 @pytest.mark.thorough
 def test_an_error_in_the_search_is_found(equation):
-    flow = flow_of(equation, N, N // GRID.side, GRID.periods, GRID.top)
+    flow = flow_of(system_of(equation), N, N // GRID.side, GRID.periods, GRID.top)
     phases = flow.phases.copy()
     phases[300, 2] += 1.0  # the force at one phase
     wrong = found(equation, flow._replace(phases=phases))

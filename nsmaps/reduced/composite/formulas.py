@@ -83,7 +83,7 @@ def _polynomial(names: Coordinates, images: Sequence[Mapping[tuple[int, ...], Fr
 
 
 def _units(names: Coordinates, images: Sequence[Mapping[tuple[int, ...], Fraction]]) -> Floats:
-    """Powers of 16 in which the coefficients of all terms are nearest to one, shape (n,): in others products cancel. 1 of angles."""
+    """Powers of 16 in which the coefficients of all terms are nearest to one, shape (n,), 1 of angles: in others terms cancel."""
     own = np.eye(len(names))
     terms = [(key - own[i], value) for i, image in enumerate(images) for key, value in image.items()]
     powers = np.array([power for power, _ in terms]).reshape(-1, len(names)) * ~names.angles

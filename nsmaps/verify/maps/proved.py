@@ -58,8 +58,8 @@ def _of_cycles(found: VerifiedMap) -> list[str]:
         return []
     kinds = [cycle.kind for cycle in found.cycles]
     counts = ", ".join(f"{kinds.count(kind)} {kind}" for kind in ("stable", "unstable", "open"))
-    number = f"{len(found.cycles)} different cycles exist" if len(found.cycles) > 1 else "a cycle exists"
-    lines = [f"Proved: {number}, each the only one of its pieces within the stated radii: {counts}."]
+    number = f"{len(found.cycles)} different cycles exist, each" if len(found.cycles) > 1 else "a cycle exists,"
+    lines = [f"Proved: {number} the only one of its pieces within the stated radii: {counts}."]
     for cycle in found.cycles[:MOST]:
         word = "".join(found.map.letters[k] for k in cycle.pieces)
         state = ", ".join(f"{name} {x}" for name, x in zip(found.map.coordinates, cycle.states[0], strict=True))
