@@ -16,7 +16,7 @@ from nsmaps.exports.languages import LANGUAGES
 def add_to(app: typer.Typer) -> None:
     """Add the commands to the program."""
     app.command(epilog=examples("nsmaps figures runs/vi_pair/fp --only cobweb --format pdf --format svg"))(figures)
-    app.command(epilog=examples("nsmaps animate runs/vi_pair/fp cobweb", "nsmaps animate DIR surfaces --format mp4"))(animate)
+    app.command(epilog=examples("nsmaps animate runs/vi_pair/fp cobweb", "nsmaps animate runs/vi_pair/fp surfaces"))(animate)
     app.command(epilog=examples("nsmaps copy vi_pair/pd", "nsmaps copy vi_pair/pd mine.yaml"))(copy)
     app.command(epilog=examples("nsmaps report runs/vi_pair/fp"))(report)
     app.command(epilog=examples("nsmaps show runs/vi_pair/fp", "nsmaps show runs/vi_pair/fp --verdicts | less"))(show)

@@ -79,8 +79,16 @@ def draw_listed(
             lacking[name] = str(error) if isinstance(error, NsmapsError) else f"{type(error).__name__}: {error}"
     result, changed = replace(result, undrawn=lacking), lacking != result.undrawn
     if out is None and changed:
-        amend(result, folder)
+        amend(of_study(result), folder)
     return paths, result
+
+
+def of_study(result: "StudyResult") -> "StudyResult":
+    """The result, which says only of figures that its study names why they were not drawn: others were asked for once."""
+    from nsmaps.study.pictures.catalogue import named_by
+
+    names = named_by(result)
+    return replace(result, undrawn={name: why for name, why in result.undrawn.items() if name in names})
 
 
 @contextmanager
@@ -147,7 +155,7 @@ def figures(
         if out is None and (folder / "report.html").is_file():
             from nsmaps.report.page import write_report
 
-            write_report(result, folder)
+            write_report(of_study(result), folder)
     for path in paths:
         typer.echo(str(path))
         if path.name.startswith(GREY) and path.suffix == ".txt":

@@ -191,7 +191,8 @@ def lyapunov(
             or a function of the parameter's value, as of `bifurcation_diagram`.
         parameter: its name, of exponents over its values.
         values: of the parameter, shape (V,).
-        starts: phases in radians.
+        starts: the states from which orbits start, also without a parameter: `lyapunov(system, starts=[0.8, 0.4])`. Phases in
+            radians.
         n_returns: returns over which the exponents are averaged.
         transient: returns before these, in which the frame converges to the directions of the exponents.
         direction: as of `bifurcation_diagram`, "up" or "down".

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from inspect import cleandoc
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
@@ -67,10 +67,15 @@ def key_tables(study: type[BaseModel]) -> dict[str, KeyTable]:
 
 
 def table_of(section: str) -> KeyTable:
-    """The table of keys of a section of studies; `study` is that of a study. NsmapsError for a key without a table."""
+    """The table of keys of a section of studies, installed or of nsmaps; `study` is that of a study.
+
+    NsmapsError for a key without a table.
+    """
     from nsmaps.study.study import Study
 
     tables = {table.of or "study": table for table in key_tables(Study).values()}
+    if section in class_names(ANALYSIS):
+        return replace(key_tables(class_of(ANALYSIS, section))[""], of=section)
     check_known("no section", section, tables)
     return tables[section]
 

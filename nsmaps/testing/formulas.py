@@ -74,9 +74,8 @@ def check_description(system: System) -> None:
     cls = type(system)
     if not vars(cls).get("__doc__"):
         warnings.warn(f"{cls.__name__} has no docstring; say what moves, in which units, by which equation", stacklevel=3)
-    for name, field in cls.model_fields.items():
-        if not field.description:
-            warnings.warn(f"{cls.__name__}.{name} has no description; write it with its unit into `Field`", stacklevel=3)
+    if bare := [f"{cls.__name__}.{name}" for name, field in cls.model_fields.items() if not field.description]:
+        warnings.warn(f"no description of {', '.join(bare)}; write it with its unit into `Field`", stacklevel=3)
 
 
 def check_units(system: System) -> None:

@@ -110,6 +110,7 @@ def answers(site: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path,
     commands += [
         ["show", "s", "--verdicts"],
         ["show", "f", "--verdicts"],
+        ["schema", "fastest"],
         *(["check", f"s{number}.yaml"] for number in range(len(WRONG))),
     ]
     with pytest.MonkeyPatch.context() as patch:
@@ -121,7 +122,7 @@ def answers(site: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path,
 def test_an_analysis_of_others_is_computed_stored_drawn_and_reported(
     answers: tuple[Path, list[tuple[int, str, str]]], name: str, key: str
 ) -> None:
-    folder, (_, _, _, *ran, shown, other, _, _, _, _, _) = answers
+    folder, (_, _, _, *ran, shown, other, _, _, _, _, _, _) = answers
     first, again = ran[:2] if name == "s" else ran[2:]
     assert first[0] == again[0] == 0, (first, again)
     record = json.loads((folder / name / "result.json").read_text())
@@ -145,6 +146,7 @@ def test_it_is_described_checked_and_in_the_schema(answers: tuple[Path, list[tup
     checked, schema, refused = answers[1][:3]
     assert "  fastest: of v, below 0.1\n" in checked[1], checked
     assert json.loads(schema[1])["properties"]["fastest"]["properties"]["below"]["default"] == 1.0
+    assert answers[1][-len(WRONG) - 1][1].startswith("fastest: The largest images of the states of the grid, below a limit.\n  ")
     assert refused[0] == 2
     assert "which would be executed; expected: an installed one" in refused[2]
 

@@ -354,6 +354,7 @@ def test_what_could_not_be_drawn_and_why_is_on_the_page_until_it_is_drawn(ran: R
     assert answer.exit_code == 2
     assert answer.stderr.startswith("the figure 'envelopes' cannot be drawn: ")
     assert answer.stderr.count("\n") == 1
+    assert CliRunner().invoke(app, ["figures", "out", "--only", "envelops"]).exit_code == 2
     result = nsmaps.read_result(folder)
     assert list(result.undrawn) == ["envelopes"]
     (folder / "figures" / "envelopes.png").write_bytes((folder / "figures" / "orbits.png").read_bytes())

@@ -264,7 +264,7 @@ def test_an_impact_that_gains_energy_and_what_nobody_described_are_warned_of():
     gains = r"an impact gains energy: Kicked.rebound\(0, 'B'\) is 0.1"
     with pytest.warns(UserWarning, match="Kicked has no docstring"), pytest.warns(UserWarning, match=gains):
         check_system(Kicked(**BALL))
-    with pytest.warns(UserWarning, match="Table.height has no description"):
+    with pytest.warns(UserWarning, match="no description of Table.height"):
         check_system(Table(height=0.6))
 
 
