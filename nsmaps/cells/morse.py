@@ -252,14 +252,14 @@ def forward_invariant_set(system: Boxed, cover: MorseCover, component: int = 0) 
     own, reason = len(fresh), ""
     while len(fresh) and not reason:
         inside[fresh] = True
-        met = np.zeros(cells.size, bool)
+        met, seen = np.zeros(cells.size, bool), 0
         for found in targets_of(enclosing, cells, fresh):
-            lost = int((~found.stays).sum())
-            if lost:
-                images = "have images that leave the window, are not bounded or may not exist"
-                reason = f"{lost} of {len(found.stays)} cells next to it {images}"
+            if not found.stays.all():
+                (centre,) = cells.centres(fresh[seen + np.flatnonzero(~found.stays)[:1]]).tolist()
+                place = ", ".join(f"{name} = {x:.6g}" for name, x in zip(cells.coordinates, centre, strict=True))
+                reason = f"images of the cell around {place} leave the window, are not bounded or may not exist"
                 break
-            met |= painted(cells, found)
+            met, seen = met | painted(cells, found), seen + len(found.stays)
         fresh = np.flatnonzero(met & ~inside)
     numbers = np.flatnonzero(inside)
     forward_invariant = not reason

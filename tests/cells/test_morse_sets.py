@@ -1,5 +1,7 @@
 """Covers and closed sets on maps whose recurrent sets are known, and the graph of cells against brute force."""
 
+import re
+
 import numpy as np
 import pytest
 from boxmaps import Henon, Logistic, Turn, one_each
@@ -143,6 +145,8 @@ def test_what_is_not_known_is_kept():
     held = forward_invariant_set(Patchy(0.9), patchy, 0)
     assert not held.forward_invariant
     assert "not bounded" in held.reason
+    x, y = map(float, re.fullmatch(r"images of the cell around x = (\S+), y = (\S+) leave .*", held.reason).groups())
+    assert not patchy.cells.targets(Patchy(0.9).image_boxes(patchy.cells.boxes(patchy.cells.numbers_of([[x, y]])))).stays.any()
 
 
 def test_the_node_of_unknown_images_adds_no_recurrence_of_its_own():
