@@ -1,12 +1,28 @@
 """The pictures of cells: components of a cover, steps until a region is left."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
+import nsmaps
+from nsmaps.errors import NsmapsError
+from nsmaps.exact.enclosure.images import BoxImages
 from nsmaps.figures.cells.exit_times import exit_times, sheets
 from nsmaps.figures.cells.morse_sets import morse_sets
 from nsmaps.figures.grey import alike_in_grey
 from nsmaps.figures.style import piece_label
+
+
+@dataclass
+class Half:
+    """Every state to its half."""
+
+    coordinates: tuple[str, ...]
+
+    def image_boxes(self, boxes):
+        count, every = len(boxes), np.ones(len(boxes), bool)
+        return BoxImages(np.arange(count), np.asarray(boxes) / 2, np.full(count, ""), every, ~every)
 
 
 def shown(ax):
@@ -24,6 +40,13 @@ def test_components_have_their_colours_and_cells(result, ax):
     assert texts == ["Morse set 0, no exit", "Morse set 1", "between", "exact orbits"]
     states = np.concatenate([pair.exact.states[20:] for pair in result.orbits])
     assert np.array_equal(np.column_stack(ax.lines[0].get_data()), states)
+
+
+def test_cells_out_of_a_plane_are_refused():
+    for names in (("x",), ("x", "y", "z")):
+        cover = nsmaps.cells.morse_sets(Half(names), [[-1.0, 1.0]] * len(names), depth=1, n_cells=2)
+        with pytest.raises(NsmapsError, match=f"cells in {len(names)} coordinates have no picture"):
+            cover.plot()
 
 
 def test_what_stays_is_apart_from_what_is_left(result, ax):
