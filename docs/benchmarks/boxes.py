@@ -19,9 +19,9 @@ import numpy as np
 import nsmaps
 
 GAMMA, R = 1.75, 0.5
-COUNT, IMPACTS, CELLS = 4, 4, 32
+COUNT, IMPACTS, CELLS = 3, 3, 32
 POINTS, GRID = 3, 33  #: random states of a box, and states of a grid along a side
-HALVES = (2.0**-4, 2.0**-7, 2.0**-10)  #: half a side of a box, in speed and phase
+HALVES = (2.0**-7, 2.0**-9, 2.0**-11)  #: half a side of a box, in speed and phase
 
 
 def boxes(system, half):
