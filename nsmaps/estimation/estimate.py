@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from itertools import chain
 from typing import Any
 
@@ -27,6 +28,8 @@ from nsmaps.progress import beat, shows
 RETURNS = 8.0  #: returns of a segment
 STARTS, REFINED = 33, 4  #: values of the parameters that are tried, and the best of them, which are fitted
 UNIT_STARTS = 9  #: values of the parameters at which the time of returns is compared with that of the data
+#: of time units that may be meant: time by twice or half, of minutes or seconds, by the angle or the number of turns
+UNITS = 2.0, 0.5, 60.0, 1 / 60, 2 * np.pi, 0.5 / np.pi
 LOSSES = "linear", "soft_l1", "huber", "cauchy", "arctan"
 
 
@@ -84,6 +87,17 @@ def estimate(
         _check_size(model, space, records)
         return _of_returns(model, space, records, n_guesses, loss, profile, random)
     check_model(model)
+    problem = _problem(model, space, records, n_returns, loss, random)
+    found = _of_impacts(problem, space, records, n_guesses, profile, random)
+    if found.describes:
+        return found
+    return replace(found, unit_factor=_unit_factor(model, space, records, n_returns, loss))
+
+
+def _problem(
+    model: EventModel, space: Space, records: tuple[Record, ...], n_returns: float, loss: str, random: np.random.Generator
+) -> Problem:
+    """The problem of records with times, checked. DataError if they cannot be of this system."""
     for record in records:
         check_names(model, record)
     _check_size(model, space, records)
@@ -92,13 +106,38 @@ def estimate(
     check_unit(model, length, chain([library], _libraries(model, space, length)))
     known = tuple(bool(np.isfinite(record.noise).all()) for record in records)
     shooting = shooting_of(model, records, library, n_returns, length)
-    problem = Problem(shooting, *space.of_unknowns(shooting), loss, known)
-    fits = _fits(problem, space, n_guesses, length, random)
+    return Problem(shooting, *space.of_unknowns(shooting), loss, known)
+
+
+def _of_impacts(
+    problem: Problem,
+    space: Space,
+    records: tuple[Record, ...],
+    n_guesses: int,
+    profile: bool | None,
+    random: np.random.Generator,
+) -> Estimate:
+    """An estimate from records with times."""
+    fits = _fits(problem, space, n_guesses, return_time(problem.shooting.model, records), random)
 
     def details(best: Fit, noise: float) -> dict[str, Any]:
         return pairs_of(problem, best, records, noise) | starts_of(problem, best.x, records)
 
     return estimate_of(problem, _found(problem, fits, space), records, profile, details)
+
+
+def _unit_factor(model: EventModel, space: Space, records: tuple[Record, ...], n_returns: float, loss: str) -> float | None:
+    """The first of `UNITS` that makes, from the guess alone, a description of records that have none; None without."""
+    for factor in UNITS:
+        others = tuple(replace(one, time_unit=factor * one.time_unit) for one in records)
+        with suppress(NsmapsError):  # no motion has such times
+            problem, random = _problem(model, space, others, n_returns, loss, np.random.default_rng(0)), np.random.default_rng(0)
+            library = library_of(model, model.at(space.first), random, space.near(model), return_time(model, others))
+            guesses = first_guesses(problem, space.first, library, random, 0)
+            near = any(one.cost < EXCESS * len(records) for one in guesses)
+            if near and _of_impacts(problem, space, others, 1, False, random).describes:
+                return factor
+    return None
 
 
 def _check_size(model: EventModel, space: Space, records: tuple[Record, ...]) -> None:

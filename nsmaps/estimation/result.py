@@ -91,6 +91,7 @@ class Estimate(Result):
     profiles: Mapping[str, Profile]
     records: tuple[Record, ...]
     coordinates: tuple[str, ...] = ()
+    unit_factor: float | None = None  #: of a `time_unit` with which the model describes data that it otherwise does not
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -162,7 +163,9 @@ class Estimate(Result):
         ]
         fit = f"chi2 {self.chi2:.4g} of {self.dof} degrees of freedom"
         if np.isfinite(self.probability):
-            fit += f", probability {self.probability:.2g}" + ("" if self.describes else ": the model does not describe the data")
+            fit += f", probability {self.probability:.2g}"
+        fit += "" if self.describes else ": the model does not describe the data"
+        fit += f", but with a `time_unit` {self.unit_factor:.4g} times as large" if self.unit_factor else ""
         fit += f"; {len(self.minima.chi2)} minima" if len(self.minima.chi2) > 1 else ""
         fit += f"; unpaired {self.minima.unpaired[0]}" if self.minima.unpaired[0] else ""
         fit += f"; not determined: {', '.join(self.undetermined)}" if self.undetermined else ""

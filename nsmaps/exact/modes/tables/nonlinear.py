@@ -77,7 +77,8 @@ def write_by_law(table: Any, address: int, states: Floats, phase: Floats, shape:
     """What a law writes at states and phases, one after the other."""
     rows, out = np.ascontiguousarray(states), np.zeros((len(states), *shape))
     if address:
-        law = LAW(int(address))
-        for state, phi, place in zip(rows, phase.tolist(), out, strict=True):
-            law(phi, state.ctypes.data, table.parameters.ctypes.data, place.ctypes.data)
+        law, parameters = LAW(int(address)), table.parameters.ctypes.data
+        first, begin = rows.ctypes.data, out.ctypes.data
+        for k, phi in enumerate(phase.tolist()):
+            law(phi, first + k * rows.strides[0], parameters, begin + k * out.strides[0])
     return out
