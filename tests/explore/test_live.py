@@ -163,6 +163,19 @@ def test_sliders_stay_within_the_bounds_of_a_system():
                 system.at(**{parameter: end})
 
 
+def test_a_slider_made_longer_by_a_typed_value_is_as_before_after_back(scene, tmp_path, monkeypatch):
+    app_of = pytest.importorskip("nsmaps.explore.live.app").App
+    monkeypatch.setattr(app_of, "_refresh", lambda app, *keys: None)
+    app, name = app_of(scene, tmp_path), next(iter(scene.system.parameters))
+    slider = app.page.sliders[name]
+    before = slider.start, slider.end, slider.value
+    typed = slider.end + 1.0
+    app.page.entries[name].value = typed
+    assert (slider.end, slider.value) == (typed, typed)
+    app._back()
+    assert (slider.start, slider.end, slider.value) == before
+
+
 def test_what_cannot_be_explored_is_refused(tmp_path):
     path = tmp_path / "one.py"
     path.write_text(ONE)

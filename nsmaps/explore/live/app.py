@@ -123,7 +123,7 @@ class App:
             return
         self.scene = self._earlier.pop()
         for name, value in self.scene.system.parameters.items():
-            self.page.set_value(name, value)
+            self.page.set_value(name, value, anew=True)
         self.page.widen(self.scene)
         self._refresh("orbit", "plane", "diagram")
 

@@ -76,6 +76,7 @@ class Page:
         about = f"<p>{escape(scene.name)}. All pictures are of the exact map.</p>"
         self.title = Div(text=f"<h1>{escape(scene.title)}</h1>{about}<p class='soft'>{_HELP}</p>", **_WIDE, **_STYLED)
         self.sliders = {name: _slider(scene, name) for name in names}
+        self._ends = {name: (slider.start, slider.end) for name, slider in self.sliders.items()}
         self.entries = {name: _entry(slider) for name, slider in self.sliders.items()}
         self.parameter = Select(title="Parameter of the diagram", value=scene.parameter, options=names)
         self.coordinate = Select(title="Coordinate of the diagram", value=scene.coordinate, options=list(scene.coordinates))
@@ -153,10 +154,14 @@ class Page:
             for axis, name in zip((each.xaxis[0], each.yaxis[0]), names, strict=True):
                 _name(axis, name, name in scene.coordinates and is_angle(next(x for x in scene.coordinates if x == name)))
 
-    def set_value(self, name: str, value: float) -> None:
-        """Show the value of a parameter on its slider and in its field; the slider is made longer where it ends before."""
+    def set_value(self, name: str, value: float, anew: bool = False) -> None:
+        """Show the value of a parameter on its slider and in its field.
+
+        The slider is made longer where it ends before, `anew` from the ends that it had at first.
+        """
         slider = self.sliders[name]
-        slider.update(start=min(slider.start, value), end=max(slider.end, value), value=value)
+        low, high = self._ends[name] if anew else (slider.start, slider.end)
+        slider.update(start=min(low, value), end=max(high, value), value=value)
         self.entries[name].value = value
 
     @property
