@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import nsmaps
+from nsmaps import Guard, HybridSystem, PoincareSection
 from nsmaps.dynamics.observables.means import ratio
 from nsmaps.errors import ConditionError
 
@@ -171,3 +172,48 @@ def test_means_are_a_dataset() -> None:
     assert found["final"].dims == ("axis_0", "coordinate")
     assert found["names"].values.tolist() == ["loss", "speed"]
     assert np.array_equal(result.per_period.to_xarray()["error"], result.per_period.error)
+
+
+class Saw(HybridSystem):
+    """x grows from -u to b u in the time 1 + b, again and again."""
+
+    b: float = 0.7
+    u: float = 1.0
+    states = ("x", "c")
+
+    def modes(self, t, y):
+        return {"up": {"x": self.u, "c": 1}}
+
+    def guards(self, t, y):
+        return {"J": Guard("up", self.b * self.u - y.x, reset={"x": -self.u, "c": 0 * y.c})}
+
+    def section(self, t, y):
+        return PoincareSection("J", ("c",))
+
+
+@pytest.mark.parametrize("u", [1e-6, 1e6])
+def test_formulas_with_kinks_and_jumps_and_steep_ones_are_integrated_to_rounding(u):
+    formulas = "abs(x)", f"max(x, {0.2 * u!r})", f"{u!r}*sin(40*x/{u!r})", f"{u!r}*sign(x - {0.3 * u!r})"
+    chosen = [{"name": text, "formula": text, "of": "flights"} for text in formulas]
+    found = nsmaps.observe(Saw(u=u), nsmaps.periodic_orbit(Saw(u=u), [1.7]), chosen, rates={"b": 1.0}).per_return
+    expected = [(1 + 0.7**2) / 2, 0.2 * 1.2 + (0.7**2 - 0.2**2) / 2, (np.cos(40) - np.cos(28)) / 40, 0.4 - 1.3]
+    assert found.value / u == pytest.approx(expected, rel=1e-12)
+    assert found.derivative[:3] / u == pytest.approx([0.7, 0.7, np.sin(28)], rel=1e-12)
+    assert np.isnan(found.derivative[3])
+
+
+def test_the_way_of_a_ball_is_twice_its_height_with_the_derivative():
+    """Flights in closed form, whose velocity changes its sign once; derivatives by differences of the height."""
+    path = {"name": "path", "formula": "abs(velocity)", "of": "flights"}
+
+    def found(r, chosen):
+        ball = nsmaps.load_system("bouncing_ball", Gamma=1.2, r=r)
+        return nsmaps.observe(ball, nsmaps.periodic_orbit(ball, [4.2, 0.5]), chosen, rates={"r": 1.0}).per_period
+
+    def height(r):
+        return found(r, ["displacement"]).value[0]
+
+    both, h = found(0.5, [path]), 2e-4
+    assert both.value[0] == pytest.approx(2 * height(0.5), rel=1e-13)
+    slope = (8 * (height(0.5 + h) - height(0.5 - h)) - height(0.5 + 2 * h) + height(0.5 - 2 * h)) / (12 * h)
+    assert both.derivative[0] == pytest.approx(2 * slope, rel=1e-8)

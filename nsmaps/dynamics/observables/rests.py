@@ -51,7 +51,7 @@ def rest_slopes(system: "ImpactSystem", plan: Plan, chatter: Chatter, rates: Flo
         for x, weight in zip(low + (high - low) * nodes, (high - low) * weights, strict=True):
             slopes[k:] += weight * (held(x, *values)[:, 1:] @ rates)
     counted = np.concatenate([plan.rows["impacts"][BASE], plan.rows["flights"][BASE]])
-    return np.where(plan.largest, np.nan, np.where(counted, slopes * plan.scales, 0.0))
+    return np.where(plan.steps, np.nan, np.where(counted, slopes * plan.scales, 0.0))
 
 
 @lru_cache(maxsize=64)

@@ -13,10 +13,12 @@ import sympy as sp
 from nsmaps.arrays import Bools, Floats
 from nsmaps.coordinates import Coordinates, is_angle
 from nsmaps.errors import NsmapsError, near_match
-from nsmaps.exact.flows.formulas import PHI, W, Z
+from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.flows.laws import rows_address, rows_source
 from nsmaps.exact.flows.tables import formulas_of
 from nsmaps.exact.observables.memory import Quantities, rule
+from nsmaps.exact.observables.powers import powers
+from nsmaps.exact.observables.smoothness import JUMPS, SMOOTH, smoothness
 from nsmaps.exact.observables.spec import Observable, ObservableLike, observable_of, with_distinct_names
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.parameters import System
@@ -164,7 +166,9 @@ class Plan:
     rows: dict[str, Bools]  #: which rows count, shape (R, K) of impacts or returns and (M, F) of flights
     largest: Bools  #: shape (K + F,)
     scales: Floats  #: shape (K + F,)
+    steps: Bools  #: shape (K + F,), of which no derivatives are known: largest values and sums of what jumps along flights
     departed: bool = False  #: whether flights with modes count by the letter of the event at which they begin
+    rough: bool = False  #: whether a sum over flights has a formula that one rule for each panel may not cover
 
     def address(self, of: str, slopes: bool) -> int:
         """The address of the compiled formulas, and their derivatives by inputs, phase and parameters; 0 without formulas."""
@@ -187,6 +191,7 @@ class Plan:
             departed=self.departed,
             largest=self.largest,
             panel=panel,
+            rough=self.rough,
             nodes=nodes,
             weights=weights,
             y=np.zeros(max(map(len, self.vocabulary.inputs.values()))),
@@ -194,6 +199,8 @@ class Plan:
             total=np.zeros(k + f),
             peak=np.zeros(f),
             when=np.zeros(f),
+            gap=np.zeros(f),
+            size=np.zeros(f),
         )
 
 
@@ -223,7 +230,9 @@ def plan_in(vocabulary: Vocabulary, observables: tuple[Observable, ...]) -> Plan
         rows[of] = np.array(counts, bool).reshape(len(own), len(vocabulary.places[of])).T.copy()
     largest = np.array([observables[k].largest for k, _ in columns], bool)
     scales = np.array([1.0 if part else observables[k].scale for k, part in columns])
-    return Plan(vocabulary, observables, tuple(columns), formulas, rows, largest, scales)
+    kinds = [smoothness(one, vocabulary.variables(of)) if of == "flights" else SMOOTH for of in formulas for one in formulas[of]]
+    steps, rough = largest | (np.array(kinds) == JUMPS), (np.array(kinds) != SMOOTH)[~largest].any()
+    return Plan(vocabulary, observables, tuple(columns), formulas, rows, largest, scales, steps, rough=bool(rough))
 
 
 def known_observables(system: System) -> dict[str, Observable]:
@@ -253,18 +262,6 @@ def _(system: ImpactSystem) -> tuple[Observable, ...]:
     vocabulary, of_motion = vocabulary_of(system), zip(("work", "damping"), powers(formulas_of(system)), strict=True)
     texts = [(name, vocabulary.text(power, "flights")) for name, power in of_motion]
     return *OF_IMPACTS, *(Observable(name=name, formula=text, of="flights") for name, text in texts)
-
-
-@lru_cache(maxsize=64)
-def powers(formulas: Any) -> tuple[sp.Expr, sp.Expr]:
-    """The power of the forcing and that lost to damping, a unit of mass.
-
-    The forcing is the acceleration less its mean over the phase. Of the mean, what vanishes with the velocity is damping.
-    """
-    place, velocity = (sp.Symbol(f"_y_{name}", real=True) for name in ("place", "velocity"))
-    force = sp.expand(sp.simplify(formulas.force.subs({Z: place, W: velocity})))
-    mean = sp.simplify(sp.integrate(force, (PHI, 0, 2 * sp.pi)) / (2 * sp.pi))
-    return sp.simplify(force - mean) * velocity, sp.simplify(mean.subs(velocity, 0) - mean) * velocity
 
 
 def resolve_observables(system: System, observables: Sequence[ObservableLike]) -> tuple[Observable, ...]:

@@ -21,6 +21,7 @@ class Quantities(NamedTuple):
     departed: bool  #: whether flights with modes count by the letter of the event at which they begin
     largest: Any  #: shape (K + F,), whether the largest value takes the place of the sum
     panel: float  #: the longest part of a flight that one rule covers
+    rough: bool  #: whether a formula of flights may have kinks or jumps, or be steep, so that a rule may cover less
     nodes: Any  #: shape (NODES,), in [0, 1]
     weights: Any  #: the same, of sum 1
     y: Any  #: shape (D,), what the formulas take
@@ -28,6 +29,8 @@ class Quantities(NamedTuple):
     total: Any  #: shape (K + F,)
     peak: Any  #: shape (F,), largest value of the samples of a flight
     when: Any  #: shape (F,), its time
+    gap: Any  #: shape (F,), difference of a rule from those on both halves
+    size: Any  #: shape (F,), largest magnitude of the samples
 
 
 @cache

@@ -8,9 +8,9 @@ from nsmaps.exact.engine.flight.derivatives import parameter_tangent_at, tangent
 from nsmaps.exact.engine.flight.flow import angle, evaluate, on_top, phase_rate, rebound, wall_places
 from nsmaps.exact.engine.jit import entry, inlined, inner
 from nsmaps.exact.engine.returns import IMPACT, PHASE, SPEED, Impact, follow, phase_and_turns
-from nsmaps.exact.observables.flights import AT_PLACE, AT_VELOCITY, PLACE, V_AFTER, V, row_of
+from nsmaps.exact.observables.flights import AT_PLACE, AT_VELOCITY, PLACE, V_AFTER, Flown, V, instant, row_of
 from nsmaps.exact.observables.memory import BY_INPUT, VALUE
-from nsmaps.exact.observables.sums import evaluate_formulas, panels
+from nsmaps.exact.observables.sums import covered, evaluate_formulas, panels
 
 BY_SPEED, BY_PHASE, BY_PARAMETERS = range(3)
 OF_IMPACTS, OF_FLIGHTS = 3, 2  # inputs of formulas
@@ -148,9 +148,14 @@ def add_event(p, impact, event, sums, smooth):
         g.back[AFTER, j] = -into * (event.slope * g.carried[SPEED, j] + (u_p if j == BY_PARAMETERS else 0.0))
     if q.flight != 0:
         count, h = panels(q, event.time)
+        flown = Flown(p, z, impact.phase, event.time, True)
         for i in range(count):
-            for k in range(len(q.nodes)):
-                add_instant(p, sums, leg, h * (i + q.nodes[k]), h * q.weights[k])
+            x, step = 0.0, h
+            while x < h:
+                step = covered(q, leg.row, h * i + x, min(step, h - x), h, instant, flown)
+                for k in range(len(q.nodes)):
+                    add_instant(p, sums, leg, h * i + x + step * q.nodes[k], step * q.weights[k])
+                x, step = x + step, 2.0 * step
     carry_to_impact(p, sums, leg, event.up, event.time)
     return True
 

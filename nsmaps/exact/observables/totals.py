@@ -142,7 +142,7 @@ def panel_of(kernel: SpectralKernel) -> float:
 def slopes_of(system: "FlowSystem", plan: Plan, states: Floats, rates: Floats) -> Floats:
     """The derivatives of the totals of first returns of states (N, n), by these and along parameters, shape (N, C, n + 1).
 
-    NaN where a return rests or chatters, where there is none, and of largest values.
+    NaN where a return rests or chatters, where there is none, of largest values, and of sums over flights of what jumps.
 
     Args:
         rates: shape (P,), of change of the parameters.
@@ -150,7 +150,7 @@ def slopes_of(system: "FlowSystem", plan: Plan, states: Floats, rates: Floats) -
     kernel = system._kernel()
     plan = plan_by_kernel(kernel, plan)
     slopes: Floats = slopes_by(kernel, plan, kernel.starts(states), rates)
-    slopes[:, plan.largest] = np.nan
+    slopes[:, plan.steps] = np.nan
     return slopes * plan.scales[:, None]
 
 
