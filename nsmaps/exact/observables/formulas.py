@@ -16,9 +16,8 @@ from nsmaps.errors import NsmapsError, near_match
 from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.flows.laws import rows_address, rows_source
 from nsmaps.exact.flows.tables import formulas_of
+from nsmaps.exact.observables.analysis import JUMPS, SMOOTH, powers, smoothness
 from nsmaps.exact.observables.memory import Quantities, rule
-from nsmaps.exact.observables.powers import powers
-from nsmaps.exact.observables.smoothness import JUMPS, SMOOTH, smoothness
 from nsmaps.exact.observables.spec import Observable, ObservableLike, observable_of, with_distinct_names
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.parameters import System
