@@ -33,6 +33,9 @@ def plot(
     result: "Result", ax: "Axes | None" = None, *, width: float = COLUMN, style: str = "", **options: Any
 ) -> "Axes | Figure":
     """The picture of a result of a class with a `picture`; see `nsmaps.results.Result.plot`."""
+    cells = getattr(result, "cells", None)
+    if cells is not None and len(cells.shape) != 2:
+        raise NsmapsError(f"cells in {len(cells.shape)} coordinates have no picture; expected: those of a map of two coordinates")
     module = import_module(result.picture)
     with drawing(getattr(result, "units", {}), style):
         if ax is not None:

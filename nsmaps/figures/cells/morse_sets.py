@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from nsmaps.cells.grid import Cells
 from nsmaps.cells.morse import MorseCover
 from nsmaps.dynamics.orbit import Orbit
-from nsmaps.errors import NsmapsError
 from nsmaps.figures.page import Sheet
 from nsmaps.figures.style import BLUE, GREEN, MAGENTA, ORANGE, RED, SKY, YELLOW, dress, tint
 
@@ -59,9 +58,7 @@ def _label(number: int, minimal: bool) -> str:
 
 
 def show(ax: Axes, cells: Cells, number: NDArray[np.integer], colours: Sequence[tuple[float, ...]]) -> None:
-    """All cells in the colour of their number, shape (size,); negative ones are left white. NsmapsError unless in a plane."""
-    if len(cells.shape) != 2:
-        raise NsmapsError(f"cells in {len(cells.shape)} coordinates have no picture; expected: those of a map of two coordinates")
+    """All cells in the colour of their number, shape (size,); negative ones are left white."""
     shown = np.ma.masked_less(number.reshape(cells.shape).T, 0)
     ends = (*cells.window[0], *cells.window[1])
     top = len(colours) - 0.5
