@@ -50,13 +50,11 @@ class Polynomials:
 
     def hulls(self, boxes: Floats) -> Hulls:
         """Outer bounds over boxes (N, n, 2) without subdivision, and values that are taken there."""
-        from nsmaps.enclosures.bernstein_kernel import Work, bernstein_hulls
+        from nsmaps.enclosures.bernstein_kernel import bernstein_hulls, work_for
 
         tables, (count, n), m = self._tables, boxes.shape[:2], len(self.tensor)
-        values, spare = np.empty((2, self.tensor.size))
-        work = Work(values, spare, np.empty_like(tables.conversion), np.empty_like(tables.points), np.empty(m), np.empty(m))
         found = Hulls(*(np.zeros((count, *shape)) for shape in ((m, 2), (m, 2), (m,), (m, 2, n, 2), (n,))))
-        bernstein_hulls(tables, work, np.ascontiguousarray(boxes), *found)
+        bernstein_hulls(tables, work_for(tables, count), np.ascontiguousarray(boxes), *found)
         return found.absolute(np.array(self.absolute), boxes) if any(self.absolute) else found
 
     @cached_property
