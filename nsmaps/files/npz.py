@@ -21,7 +21,7 @@ def packed(arrays: Mapping[str, NDArray[Any]], method: int = zipfile.ZIP_STORED)
     stream = BytesIO()
     with zipfile.ZipFile(stream, "w", method, compresslevel=1) as archive:
         for name, array in arrays.items():
-            part = np.asanyarray(array).ravel()[:SAMPLE].tobytes()
+            part = np.asanyarray(array).ravel()[:SAMPLE].tobytes() if method != zipfile.ZIP_STORED else b""
             archive.compression = method if len(zlib.compress(part, 1)) < DENSE * len(part) else zipfile.ZIP_STORED
             with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
                 np.lib.format.write_array(file, np.asanyarray(array), allow_pickle=False)

@@ -69,12 +69,12 @@ def as_boxes(boxes: ArrayLike, coordinates: Sequence[str]) -> Floats:
             f"boxes have shape {array.shape}; expected: a batch of shape (N, {n}, 2), "
             f"the lower and the upper end of each of {coordinates}"
         )
-    angles = np.abs(array[:, Coordinates(coordinates).angles]).max(axis=(1, 2), initial=0.0)
-    right = np.isfinite(array).all(axis=(1, 2)) & (array[:, :, LOWER] <= array[:, :, UPPER]).all(axis=1) & (angles <= MOST_PHASE)
-    if not right.all():
-        i = int(np.argmin(right))
-        raise StateError(
-            f"box {i} is {array[i].tolist()}; expected: finite ends, each lower one at most the upper one, "
-            f"and angles up to {MOST_PHASE:g}"
-        )
-    return array
+    phases, (low, high) = np.abs(array[:, Coordinates(coordinates).angles]), np.moveaxis(array, 2, 0)
+    if np.isfinite(array).all() and (low <= high).all() and phases.max(initial=0.0) <= MOST_PHASE:
+        return array
+    right = np.isfinite(array).all(axis=(1, 2)) & (low <= high).all(axis=1) & (phases.max(axis=(1, 2), initial=0.0) <= MOST_PHASE)
+    i = int(np.argmin(right))
+    raise StateError(
+        f"box {i} is {array[i].tolist()}; expected: finite ends, each lower one at most the upper one, "
+        f"and angles up to {MOST_PHASE:g}"
+    )

@@ -3,6 +3,7 @@
 import hashlib
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from inspect import cleandoc, getsource, isabstract
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
@@ -103,6 +104,7 @@ class System(BaseModel, Transferable, ReturnMap):
         return None
 
     @classmethod
+    @lru_cache(maxsize=256)
     def parameter_names(cls) -> tuple[str, ...]:
         """The names of the numerical parameters, in the order of their fields."""
         return tuple(name for name, field in cls.model_fields.items() if field.annotation is float)
