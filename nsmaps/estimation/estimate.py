@@ -127,7 +127,11 @@ def _of_impacts(
 
 
 def _unit_factor(model: EventModel, space: Space, records: tuple[Record, ...], n_returns: float, loss: str) -> float | None:
-    """The first of `UNITS` that makes, from the guess alone, a description of records that have none; None without."""
+    """The first of `UNITS` that makes, from the guess alone, a description of records that have none; None without.
+
+    Its parameters are within the range of the search: rates of any size fit any unit.
+    """
+    low, high = space.searched
     for factor in UNITS:
         others = tuple(replace(one, time_unit=factor * one.time_unit) for one in records)
         with suppress(NsmapsError):  # no motion has such times
@@ -135,7 +139,8 @@ def _unit_factor(model: EventModel, space: Space, records: tuple[Record, ...], n
             library = library_of(model, model.at(space.first), random, space.near(model), return_time(model, others))
             guesses = first_guesses(problem, space.first, library, random, 0)
             near = any(one.cost < EXCESS * len(records) for one in guesses)
-            if near and _of_impacts(problem, space, others, 1, False, random).describes:
+            found = _of_impacts(problem, space, others, 1, False, random) if near else None
+            if found is not None and found.describes and ((low <= found.values) & (found.values <= high)).all():
                 return factor
     return None
 
