@@ -66,7 +66,7 @@ def test_numbers_verdict_tables_and_caption_say_what_was_found(result: StudyResu
     assert numbers["coexisting"] == [{"label": "1:1/T", "share": 1.0, "error": 0.0}]
     (verdict,) = [each for each in result.verdicts if each.name == "optimize: the same from every start"]
     assert verdict.holds
-    assert verdict.text == "yes: 2 of 2 starts within 1e-06 of its value"
+    assert verdict.text == "yes: 2 of 2 starts within 1e-06 of its value, 2 of these within 0.001 of the bounds of its parameters"
     conditions, beside, under = section.tables(result)
     assert conditions.title == "Maximum of energy of 1:1/T: 2.06391 J per period"
     assert conditions.rows[3][:3] == ("d", "0.8", "0.5 to 0.8")
@@ -76,6 +76,21 @@ def test_numbers_verdict_tables_and_caption_say_what_was_found(result: StudyResu
     about = section.describe(result.study)
     assert about == "max of energy over d, g_bar, 2 guesses; basins of 6 x 6 states; 400 returns under noise"
     assert section.size(result.study, result.system).seconds > 0
+
+
+@pytest.mark.parametrize(
+    ("formula", "places"),
+    [("(d + g_bar - 0.75)**2", 1), ("1 + (d + g_bar - 0.75)**2", 1), ("(d - 0.6)**2 + (g_bar - 0.1)**2", 3)],
+)
+def test_the_verdict_tells_one_value_from_one_place(tmp_path: Path, formula: str, places: int) -> None:
+    """The least value is known, that of a zero only up to rounding; a square of a sum has it along a line, a sum at a point."""
+    entry = f"observable: {{name: q, formula: {formula}}}, sense: min, start: {{v: 1.08, phi: 1}}, n_guesses: 3"
+    bounds = "bounds: {d: [0.5, 0.8], g_bar: [0.05, 0.15]}"
+    (tmp_path / "study.yaml").write_text(f"{HEAD}optimize: {{{entry}, {bounds}}}")
+    (verdict,) = [each for each in nsmaps.run_study(tmp_path / "study.yaml").verdicts if each.name.startswith("optimize")]
+    assert verdict.holds == (places == 3)
+    assert "3 of 3 starts within 1e-06 of its value, " in verdict.text
+    assert f", {places} of these within 0.001 of the bounds" in verdict.text
 
 
 def test_the_plane_has_a_star_at_the_optimum(result: StudyResult) -> None:

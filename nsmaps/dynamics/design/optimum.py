@@ -62,6 +62,7 @@ class Optimum(Result):
     basins: Basins | None  #: what attracts at the optimum, of the given states
     attempts: tuple[Attempt, ...]  #: every start, in order
     flat: bool = False  #: whether all motions met have the same value, to 1e-9: the parameters have no effect on it
+    size: float = 0.0  #: unit of the residual: the largest value met, or what its first derivatives make of the ranges
 
     def summary(self) -> str:
         """The numbers that matter."""
@@ -169,7 +170,8 @@ def optimize(
     conditions, left = _all_conditions(search, best, edge, basin, lies_on_share)
     gradient = dict(zip(names, (best.gradient / (high - low)).tolist(), strict=True))
     about = what, mean, sense, problem.parameters(best.at), best.value, gradient, _residual(search, left), conditions
-    return Optimum(*about, best.orbit, found, attempts, not any(one.active for one in conditions) and search.flat(best.at))
+    flat = not any(one.active for one in conditions) and search.flat(best.at)
+    return Optimum(*about, best.orbit, found, attempts, flat, problem.size)
 
 
 def _searched(search: Search, first: Floats, starts: int) -> tuple[Point, tuple[Attempt, ...], bool]:

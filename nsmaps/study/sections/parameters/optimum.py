@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
 IMPACTS = 40  #: room for impacts of each return under noise
 POINTS = 200  #: of a start, for an estimate of the time
-SAME = 1e-6  #: share of the value within which starts lead to one optimum
+SAME = 1e-6  #: share of the value within which starts lead to one value
+PLACE = 1e-3  #: share of the bounds within which they lead to one place; a value changes with its square
 
 
 class OptimumNoiseSection(NoiseSizes):
@@ -38,7 +39,7 @@ class OptimumNoiseSection(NoiseSizes):
 class OptimumSection(Analysis):
     """Parameters at which a periodic motion of the exact map has the largest or least mean of an observable.
 
-    A verdict says how many of the starts lead to one optimum; no motion that meets the conditions is an error.
+    A verdict says how many of the starts lead to one value, and to one place; no motion that meets the conditions is an error.
     """
 
     key: ClassVar[str] = "optimize"
@@ -138,9 +139,10 @@ class OptimumSection(Analysis):
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         found = result.optimize
-        count, total = same(found), len(found.attempts)
-        text = f"{yes(count == total)}: {count} of {total} starts within {SAME:g} of its value"
-        yield Verdict("optimize: the same from every start", result.system.map_name, count == total, False, text)
+        (values, places), total = same(found, self.bounds), len(found.attempts)
+        text = f"{yes(places == total)}: {values} of {total} starts within {SAME:g} of its value, "
+        text += f"{places} of these within {PLACE:g} of the bounds of its parameters"
+        yield Verdict("optimize: the same from every start", result.system.map_name, places == total, False, text)
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """The optimum, the parameters at which it lies, and the motion that has it."""
@@ -208,11 +210,20 @@ def _coexisting(found: "Optimum") -> Iterator[dict[str, Any]]:
             yield {"label": attractor.label, "share": share, "error": error}
 
 
-def same(found: "Optimum") -> int:
-    """The number of starts that lead to the best value of all."""
-    met = [one.value for one in found.attempts if one.optimal] or [one.value for one in found.attempts if one.feasible]
-    best = (max if found.sense == "max" else min)(met)
-    return sum(abs(value - best) <= SAME * abs(best) for value in met)
+def same(found: "Optimum", bounds: Mapping[str, tuple[float, float]]) -> tuple[int, int]:
+    """The numbers of starts that lead to the best value of all, and of those among them that lead to its parameters.
+
+    Values are one within 1e-6 of the best, or 1e-9 of the largest one met, as where the best is zero.
+    """
+    from nsmaps.dynamics.design.search import FLAT
+
+    met = [one for one in found.attempts if one.optimal] or [one for one in found.attempts if one.feasible]
+    best = (max if found.sense == "max" else min)(met, key=lambda one: one.value)
+    near = max(SAME * abs(best.value), FLAT * found.size)
+    values = [one.end for one in met if abs(one.value - best.value) <= near]
+    sides = {name: PLACE * (high - low) for name, (low, high) in bounds.items()}
+    places = [end for end in values if all(abs(end[name] - best.end[name]) <= side for name, side in sides.items())]
+    return len(values), len(places)
 
 
 def _bounds(low: float, high: float) -> str:
