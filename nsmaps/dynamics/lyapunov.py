@@ -48,7 +48,8 @@ class Lyapunov(WithCoordinates, Result):
         if above.ndim:
             return f"{above.size} orbits of {self.n_returns} returns, largest exponent positive in {int(above.sum())}"
         spectrum = ", ".join(f"{value:.5g}" for value in self.exponents)
-        return f"exponents {spectrum} per return, standard error {self.error[0]:.1g}, {self.n_returns} returns"
+        error = f", standard error {self.error[0]:.1g}" if np.isfinite(self.error[0]) else ""  # none of -inf
+        return f"exponents {spectrum} per return{error}, {self.n_returns} returns"
 
     @property
     def positive(self) -> NDArray[np.bool_]:

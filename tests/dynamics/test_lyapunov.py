@@ -189,6 +189,8 @@ def test_a_rest_forgets_where_it_came_from(pair):
     assert (made.exponents[0] == -np.inf).all()
     assert made.log_det[0] == -np.inf
     assert np.isfinite(made.exponents[1]).all()
+    alone = nsmaps.lyapunov(pair(0.35), starts=[0.2, 0.1], n_returns=64, transient=0)
+    assert str(alone) == "exponents -inf, -inf per return, 64 returns"
 
 
 class Slider(HybridSystem):
