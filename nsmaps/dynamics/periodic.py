@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import Coordinates, StateLike, as_starts
-from nsmaps.dynamics.motion import joined, label
+from nsmaps.dynamics.motion import UNRESOLVED, joined, label
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.scale import scale_of
 from nsmaps.errors import NsmapsError, StateError
@@ -39,7 +39,7 @@ class PeriodicOrbit(Result):
     def summary(self) -> str:
         """The motion, its stability and its multipliers, on one line; of the last iterate the residual alone."""
         if not self.converged:
-            return f"not converged, residual {self.residual:.1g} of {self.label or 'a motion without a return'}"
+            return f"not converged, residual {self.residual:.1g}{'' if self.label else ' of a motion without a return'}"
         kind = {True: "stable", False: "unstable", None: "of unknown stability"}[self.stable]
         factors = ", ".join(f"{value:.6g}" for value in self.multipliers.tolist())
         return f"{self.label}, {kind}, multipliers {factors}, residual {self.residual:.1g}"
@@ -71,9 +71,9 @@ class PeriodicOrbit(Result):
 
     @property
     def label(self) -> str:
-        """The motion, such as 1:1/2T; "" if a state has no image. See `nsmaps.dynamics.motion.label`."""
-        if not self.returns.valid.all():
-            return ""
+        """The motion, such as 1:1/2T, `unresolved` without convergence; "" if a state has no image. See `motion.label`."""
+        if not self.returns.valid.all() or (self.returns.derivative is not None and not self.converged):
+            return UNRESOLVED if self.returns.valid.all() else ""
         turns = self.returns.coordinates.turns_of_phase(self.turns)
         return label(self.words, turns.tolist(), self.period, self.returns.alphabet)
 

@@ -73,6 +73,8 @@ def test_what_does_not_converge_says_so(pair):
     near = nsmaps.periodic_orbit(pair(0.35), [0.02, 4.0])
     assert not near.converged
     assert str(near).startswith("not converged, residual ")
+    assert near.returns.valid.all(), "it has words, which are not those of a cycle"
+    assert near.label == "unresolved"
     assert "stable" not in str(near)
 
 
