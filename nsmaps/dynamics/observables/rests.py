@@ -12,7 +12,7 @@ from nsmaps.arrays import Floats
 from nsmaps.exact.flows.formulas import PHI, V
 from nsmaps.exact.flows.tables import Formulas, formulas_of
 from nsmaps.exact.observables.formulas import Plan
-from nsmaps.exact.observables.memory import rule
+from nsmaps.exact.observables.memory import NODES, WEIGHTS
 from nsmaps.exact.observables.sums import LEAST, MOST_CHATTER
 
 if TYPE_CHECKING:
@@ -45,10 +45,9 @@ def rest_slopes(system: "ImpactSystem", plan: Plan, chatter: Chatter, rates: Flo
         v, *slope = law(v, *values)[0].tolist()
         by_v = float(np.dot(slope, [by_v, *rates]))
     slopes[k:] += held(release, *values)[:, 0] * by_release - held(phi, *values)[:, 0] * by_phi
-    nodes, weights = rule()
     ends = np.linspace(phi, release, 1 + int(np.ceil(release - phi)))
     for low, high in pairwise(ends):
-        for x, weight in zip(low + (high - low) * nodes, (high - low) * weights, strict=True):
+        for x, weight in zip(low + (high - low) * NODES, (high - low) * WEIGHTS, strict=True):
             slopes[k:] += weight * (held(x, *values)[:, 1:] @ rates)
     counted = np.concatenate([plan.rows["impacts"][BASE], plan.rows["flights"][BASE]])
     return np.where(plan.steps, np.nan, np.where(counted, slopes * plan.scales, 0.0))

@@ -68,7 +68,7 @@ class Decomposition:
         return self.known[expr]
 
     def _expand(self, expr: sp.Expr) -> Sum:
-        if not depends_on_flight(expr):
+        if expr.free_symbols.isdisjoint(UNITS):  # of neither time, phase nor state
             return {FREE: self.program.number(expr)}
         if expr in UNITS:
             return {UNITS[expr]: self.program.number(1)}
@@ -132,11 +132,6 @@ def text_of(expr: sp.Expr) -> str:
     """An expression in the author's names for time, place and velocity after an impact."""
     names = {Z: sp.Symbol("hit.z"), W: sp.Symbol("hit.w"), S: sp.Symbol("s"), PHI: sp.Symbol("phi")}
     return str(sp.sstr(expr.xreplace(names))).replace("_p_", "")
-
-
-def depends_on_flight(expr: sp.Expr) -> bool:
-    """Whether an expression depends on time, phase or state."""
-    return not expr.free_symbols.isdisjoint(UNITS)
 
 
 @lru_cache(maxsize=4096)

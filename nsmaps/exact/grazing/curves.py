@@ -76,8 +76,7 @@ def grazing_curves(system: ImpactFormulas, box: BoxLike, n_lines: int, spacing: 
         kind = Touch(frame, hits, upper)
         while len(seeds):
             seed, seeds = next(iter(seeds)), seeds[1:]
-            traced = kind.curve(seed, spacing)
-            if traced is not None:
+            if (traced := kind.curve(seed, spacing)) is not None:
                 places, ends = traced
                 curves.append(_curve(system, kind, places, ends))
                 seeds = seeds[~_on(frame, places, seeds)]

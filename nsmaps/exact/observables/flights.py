@@ -8,7 +8,7 @@ from nsmaps.exact.engine.constants import MOST_IMPACTS
 from nsmaps.exact.engine.flight.flow import evaluate, on_top, rebound, start, wall_places
 from nsmaps.exact.engine.jit import entry, inlined, inner
 from nsmaps.exact.engine.returns import CHATTER, ESCAPED, FOREVER, IMPACT, PHASE, SPEED, Impact, follow, phase_and_turns
-from nsmaps.exact.observables.sums import LEAST, MOST_CHATTER, at_impact, at_rest, follow_batches, join_panels, panels
+from nsmaps.exact.observables.sums import LEAST, MOST_CHATTER, at_impact, at_rest, follow_batches, join_panels
 
 PAUSE = 10_000  # returns, within about a second, after which Ctrl-C is heard
 V, V_AFTER, PLACE = range(3)  # the inputs of formulas of impacts
@@ -83,31 +83,18 @@ def instant(q, s, flown):
 
 
 @inner
-def join_flight(q, row, flown):
-    """Join the values of a flight or a rest."""
-    count, _ = panels(q, flown.time)
-    join_panels(q, row, count, flown.time, instant, flown)
-
-
-@inner
-def join_event(p, impact, event, q, seen):
-    """The observer of totals: join the values of an impact, and of the flight or the rest after it."""
+def join_event(p, impact, event, q, counts):
+    """The observer of totals: join the values of an impact, and of the flight or the rest after it, if these count."""
     up, phi = impact.up, impact.phase
     top, bottom = wall_places(p)
     z = top if up else bottom
-    if q.impact != 0 and impact.speed > 0.0:
+    if counts and q.impact != 0 and impact.speed > 0.0:
         u = join_impact(p, q, up, z, phi, impact.speed)
         if event.ended in (CHATTER, FOREVER):
             join_chatter(p, q, up, z, impact, u)
-    if q.flight != 0 and event.ended not in (FOREVER, ESCAPED):
-        join_flight(q, row_of(p, up), Flown(p, z, phi, event.time, event.ended == IMPACT))
-    return seen
-
-
-@inlined
-def nothing(p, impact, event, context, seen):
-    """The observer that sees nothing."""
-    return seen
+    if counts and q.flight != 0 and event.ended not in (FOREVER, ESCAPED):
+        join_panels(q, row_of(p, up), event.time, instant, Flown(p, z, phi, event.time, event.ended == IMPACT))
+    return counts
 
 
 @inner
@@ -115,10 +102,7 @@ def image_of(context, state, counts):
     """Replace a state by its image: (outcome, time, one return); values join the totals if the return `counts`."""
     p, q, chatter = context
     impact = Impact(on_top(p), state[PHASE], state[SPEED])
-    if counts:
-        found, _ = follow(p, impact, chatter, MOST_IMPACTS, join_event, q, ())
-    else:
-        found, _ = follow(p, impact, chatter, MOST_IMPACTS, nothing, (), ())
+    found, _ = follow(p, impact, chatter, MOST_IMPACTS, join_event, q, counts)
     state[SPEED], state[PHASE] = found.speed, found.phase
     return found.outcome, found.time, 1
 

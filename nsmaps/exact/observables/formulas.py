@@ -17,7 +17,7 @@ from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.flows.laws import rows_address, rows_source
 from nsmaps.exact.flows.tables import formulas_of
 from nsmaps.exact.observables.analysis import JUMPS, SMOOTH, powers, smoothness
-from nsmaps.exact.observables.memory import Quantities, rule
+from nsmaps.exact.observables.memory import Quantities
 from nsmaps.exact.observables.spec import Observable, ObservableLike, observable_of, with_distinct_names
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.parameters import System
@@ -180,7 +180,6 @@ class Plan:
     def memory(self, values: Sequence[float], panel: float, slopes: bool = False) -> Quantities:
         """Memory for the totals of one thread."""
         k, f = (self.rows[of].shape[1] for of in ("impacts", "flights"))
-        nodes, weights = rule()
         return Quantities(
             impact=self.address("impacts", slopes),
             flight=self.address("flights", slopes),
@@ -191,8 +190,6 @@ class Plan:
             largest=self.largest,
             panel=panel,
             rough=self.rough,
-            nodes=nodes,
-            weights=weights,
             y=np.zeros(max(map(len, self.vocabulary.inputs.values()))),
             out=np.zeros((max(k, f), self.width(slopes))),
             total=np.zeros(k + f),

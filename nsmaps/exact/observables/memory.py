@@ -1,11 +1,11 @@
 """What the loops of observables work in: compiled formulas, which impacts and flights count, and the totals."""
 
-from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
-NODES = 12  #: of Gauss's rule in a panel
+NODES, WEIGHTS = 0.5 * np.array(np.polynomial.legendre.leggauss(12))  #: of Gauss's rule in a panel, shape (12,)
+NODES += 0.5  #: on [0, 1], where the weights have the sum 1
 PANEL = 3.0  #: length of a panel, in units of the fastest rate: products of three states are integrated to rounding
 VALUE, BY_INPUT = range(2)  #: columns of what formulas give: the value, its derivatives by inputs, then by phase and parameters
 
@@ -22,8 +22,6 @@ class Quantities(NamedTuple):
     largest: Any  #: shape (K + F,), whether the largest value takes the place of the sum
     panel: float  #: the longest part of a flight that one rule covers
     rough: bool  #: whether a formula of flights may have kinks or jumps, or be steep, so that a rule may cover less
-    nodes: Any  #: shape (NODES,), in [0, 1]
-    weights: Any  #: the same, of sum 1
     y: Any  #: shape (D,), what the formulas take
     out: Any  #: shape (max(K, F), 1 + derivatives), what they give
     total: Any  #: shape (K + F,)
@@ -31,10 +29,3 @@ class Quantities(NamedTuple):
     when: Any  #: shape (F,), its time
     gap: Any  #: shape (F,), difference of a rule from those on both halves
     size: Any  #: shape (F,), largest magnitude of the samples
-
-
-@cache
-def rule() -> tuple[Any, Any]:
-    """Nodes and weights of Gauss's rule on [0, 1]."""
-    nodes, weights = np.polynomial.legendre.leggauss(NODES)
-    return (nodes + 1) / 2, weights / 2

@@ -19,6 +19,7 @@ from nsmaps.exact.modes.march.returns import (
 from nsmaps.exact.modes.march.starting import find_start
 from nsmaps.exact.modes.march.words import CHATTER, reset_return
 from nsmaps.exact.modes.tables.memory import ACCUMULATION_TIME, CONTACT_MARK, CONTACT_TIME, PIECES, SPEED_RATIO
+from nsmaps.exact.observables.memory import NODES
 from nsmaps.exact.observables.sums import LEAST, MOST_CHATTER, at_impact, at_rest, follow_batches, join_panels
 
 ROW, COUNTS = range(2)  # places in `Observation.numbers`
@@ -131,8 +132,8 @@ def instant(q, s, piece):
 @inner
 def join_piece(piece, length, seen):
     """Join the values of a piece of a flight."""
-    piece.x.integers[PIECES] += len(seen.q.nodes)
-    join_panels(seen.q, seen.numbers[ROW], 1, length, instant, piece)
+    piece.x.integers[PIECES] += len(NODES)
+    join_panels(seen.q, seen.numbers[ROW], length, instant, piece)
 
 
 @inner

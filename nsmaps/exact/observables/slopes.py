@@ -9,8 +9,8 @@ from nsmaps.exact.engine.flight.flow import angle, evaluate, on_top, phase_rate,
 from nsmaps.exact.engine.jit import entry, inlined, inner
 from nsmaps.exact.engine.returns import IMPACT, PHASE, SPEED, Impact, follow, phase_and_turns
 from nsmaps.exact.observables.flights import AT_PLACE, AT_VELOCITY, PLACE, V_AFTER, Flown, V, instant, row_of
-from nsmaps.exact.observables.memory import BY_INPUT, VALUE
-from nsmaps.exact.observables.sums import covered, evaluate_formulas, panels
+from nsmaps.exact.observables.memory import BY_INPUT, NODES, VALUE, WEIGHTS
+from nsmaps.exact.observables.sums import evaluate_formulas, length_of_rule, panels
 
 BY_SPEED, BY_PHASE, BY_PARAMETERS = range(3)
 OF_IMPACTS, OF_FLIGHTS = 3, 2  # inputs of formulas
@@ -152,9 +152,9 @@ def add_event(p, impact, event, sums, smooth):
         for i in range(count):
             x, step = 0.0, h
             while x < h:
-                step = covered(q, leg.row, h * i + x, min(step, h - x), h, instant, flown)
-                for k in range(len(q.nodes)):
-                    add_instant(p, sums, leg, h * i + x + step * q.nodes[k], step * q.weights[k])
+                step = length_of_rule(q, leg.row, h * i + x, min(step, h - x), h, instant, flown)
+                for k in range(len(NODES)):
+                    add_instant(p, sums, leg, h * i + x + step * NODES[k], step * WEIGHTS[k])
                 x, step = x + step, 2.0 * step
     carry_to_impact(p, sums, leg, event.up, event.time)
     return True

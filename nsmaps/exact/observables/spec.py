@@ -10,10 +10,6 @@ from nsmaps.errors import NsmapsError
 from nsmaps.files.complaints import refused
 
 
-def _as_tuple(value: Any) -> Any:
-    return (value,) if isinstance(value, str) else value
-
-
 class Observable(BaseModel, Storable):
     """A quantity that is summed along an orbit: over its impacts, over the time of its flights, or over the returns of a map.
 
@@ -32,7 +28,7 @@ class Observable(BaseModel, Storable):
     of: Literal["impacts", "flights", "returns"] | None = Field(
         default=None, description="summed over impacts, integrated over flights, summed over the returns of a map; else the first"
     )
-    at: Annotated[tuple[str, ...], BeforeValidator(_as_tuple)] = Field(
+    at: Annotated[tuple[str, ...], BeforeValidator(lambda value: (value,) if isinstance(value, str) else value)] = Field(
         default=(),
         description="letters of the impacts that count, modes of flights, or letters of the pieces of a map; all if omitted",
     )

@@ -7,14 +7,15 @@ import math
 
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.law import call_reset
-from nsmaps.exact.observables.memory import VALUE
+from nsmaps.exact.observables.memory import NODES, VALUE, WEIGHTS
 
 GOLDEN = 0.5 * (math.sqrt(5) - 1)
 LEAST = 1e-17  # of the first speed: slower impacts of chatter are not added
 MOST_CHATTER = 10_000_000  # impacts of chatter that are added: after more the totals are not known
 STATE, RETURN = range(2)  # the numbers of a state and of its return, from which on totals are to be computed
 FIRST = 0  # coordinate of a state, NaN where an orbit has ended
-SMOOTH = 1e-13  # of the largest value times the length of a part: difference of a rule from two that counts as none
+SMOOTH = 1e-13  # of the largest value: difference of a mean by a rule from that by two that counts as none
+PARTS = (0.0, 1.0, 1.0), (0.0, 0.5, -1.0), (0.5, 0.5, -1.0)  # of a step: begin and length of the whole and of both halves, signs
 SHORTEST = 1e-13  # of a panel: a part of which the rule is not tried
 BESIDE = 0.2  # of a panel: the largest value of a flight is sought this near to the largest sample
 NARROWINGS = 40  # of the interval about the largest sample: to the root of rounding, where values agree to rounding
@@ -104,52 +105,45 @@ def highest(q, c, low, high, instant, flight):
 
 
 @inner
-def covered(q, row, low, step, panel, instant, flight):
+def length_of_rule(q, row, low, step, panel, instant, flight):
     """The length, at most a step, of the part of a flight from a time on for which one rule gives what one on each half does.
 
     `instant(q, s, flight)` writes the inputs at a time s and returns the phase. Without rough formulas it is the whole step.
     """
     while q.rough and step > SHORTEST * panel:
         q.gap[:] = 0.0
-        for part in range(3):
-            first, h = low + (0.5 * step if part == 2 else 0.0), step if part == 0 else 0.5 * step
-            for j in range(len(q.nodes)):
-                evaluate_formulas(q, q.flight, instant(q, first + h * q.nodes[j], flight))
-                for c in range(q.over.shape[1]):
-                    q.gap[c] += (h if part == 0 else -h) * q.weights[j] * q.out[c, VALUE]
+        for begin, share, sign in PARTS:
+            for j in range(len(NODES)):
+                evaluate_formulas(q, q.flight, instant(q, low + step * (begin + share * NODES[j]), flight))
+                for c in range(len(q.gap)):
+                    q.gap[c] += sign * share * WEIGHTS[j] * q.out[c, VALUE]
                     q.size[c] = max(q.size[c], abs(q.out[c, VALUE]))
-        if not parted(q, row, step):
+        agree = True
+        for c in range(len(q.gap)):
+            summed = q.over[row, c] and not q.largest[q.at.shape[1] + c]
+            agree = agree and not (summed and abs(q.gap[c]) > SMOOTH * q.size[c])
+        if agree:
             break
         step *= 0.5
     return step
 
 
-@inlined
-def parted(q, row, step):
-    """Whether a rule for a step differs from those on both halves, for a formula that is summed."""
-    first = q.at.shape[1]
-    for c in range(q.over.shape[1]):
-        if q.over[row, c] and not q.largest[first + c] and abs(q.gap[c]) > SMOOTH * step * q.size[c]:
-            return True
-    return False
-
-
 @inner
-def join_panels(q, row, count, time, instant, flight):
-    """Join the values of a flight, or a part of one, of this time in so many panels.
+def join_panels(q, row, time, instant, flight):
+    """Join the values of a flight, or a part of one, of this time.
 
     `instant(q, s, flight)` writes the inputs at a time s and returns the phase.
     """
-    first, h = q.at.shape[1], time / count
+    first, (count, h) = q.at.shape[1], panels(q, time)
     q.peak[:], q.size[:] = -math.inf, 0.0
     join_sample(q, row, instant(q, 0.0, flight), 0.0, 0.0)
     for i in range(count):
         x, step = 0.0, h
         while x < h:
-            step = covered(q, row, h * i + x, min(step, h - x), h, instant, flight)
-            for j in range(len(q.nodes)):
-                s = h * i + x + step * q.nodes[j]
-                join_sample(q, row, instant(q, s, flight), s, step * q.weights[j])
+            step = length_of_rule(q, row, h * i + x, min(step, h - x), h, instant, flight)
+            for j in range(len(NODES)):
+                s = h * i + x + step * NODES[j]
+                join_sample(q, row, instant(q, s, flight), s, step * WEIGHTS[j])
             x, step = x + step, 2.0 * step
     join_sample(q, row, instant(q, time, flight), time, 0.0)
     for c in range(q.over.shape[1]):

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -56,7 +55,7 @@ def sweep(
     def surfaces_of(parts: Mapping[int, Arrays]) -> list[tuple[float, dict[str, Surface]]]:
         places = [(number, k) for number, part in parts.items() for k in range(len(part["codes"]))]
         grids = {cuts[n].start + k: {name: arrays[k] for name, arrays in parts[n].items()} for n, k in places}
-        rows = [(along[k], _returns_of(along[k], grids[k])) for k in sorted(grids)]
+        rows = [(along[k], replace(along[k].first_return(grids[k]["start"][:0]), **grids[k])) for k in sorted(grids)]
         return [(getattr(each, parameter), surfaces_among(each, returns, grid, families)) for each, returns in rows]
 
     return surfaces_of(dict(enumerate(parallel.run(_returns_over, [(tuple(along[cut]), grid) for cut in cuts], surfaces_of))))
@@ -64,10 +63,5 @@ def sweep(
 
 def _returns_over(systems: Sequence[System], grid: Grid) -> Arrays:
     """The arrays of the first returns of a whole grid, of each system a row."""
-    sweeps = [arrays_of(system.first_return(grid.states())) for system in systems]
-    return {name: np.stack([arrays[name] for arrays in sweeps]) for name in sweeps[0]}
-
-
-def _returns_of(system: System, arrays: Mapping[str, Any]) -> Returns:
-    """The returns whose arrays these are."""
-    return replace(system.first_return(arrays["start"][:0]), **arrays)
+    first, *others = (arrays_of(system.first_return(grid.states())) for system in systems)
+    return {name: np.stack([array, *(arrays[name] for arrays in others)]) for name, array in first.items()}

@@ -23,10 +23,9 @@ def surfaces_of(definition: Definition, table: Tables) -> Surfaces:
     """The functions that are zero at the events of a section, where not all coordinates are free."""
     if not all(start.zeros for start in definition.starts):
         return ()
-    width, n, found = table.functions.shape[1], table.first.shape[1] - 1, []
-    for start in definition.starts:
-        found.append(Numbers(start.surface, definition.symbols, (width - n - 1) // 2).floats(table.parameters.tolist()))
-    return tuple(found)
+    pairs = (table.functions.shape[1] - table.first.shape[1]) // 2
+    numbers = (Numbers(start.surface, definition.symbols, pairs) for start in definition.starts)
+    return tuple(one.floats(table.parameters.tolist()) for one in numbers)
 
 
 def on_section(table: Tables, surfaces: Surfaces, rows: Floats) -> Bools:

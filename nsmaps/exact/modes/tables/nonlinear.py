@@ -78,7 +78,7 @@ def write_by_law(table: Any, address: int, states: Floats, phase: Floats, shape:
     rows, out = np.ascontiguousarray(states), np.zeros((len(states), *shape))
     if address:
         law, parameters = LAW(int(address)), table.parameters.ctypes.data
-        first, begin = rows.ctypes.data, out.ctypes.data
-        for k, phi in enumerate(phase.tolist()):
-            law(phi, first + k * rows.strides[0], parameters, begin + k * out.strides[0])
+        states_at, written_at = (x.ctypes.data + x.nbytes // max(len(x), 1) * np.arange(len(x)) for x in (rows, out))
+        for phi, state, place in zip(phase.tolist(), states_at.tolist(), written_at.tolist(), strict=True):
+            law(phi, state, parameters, place)
     return out
