@@ -66,9 +66,9 @@ class ParameterPlane(WithCoordinates, Result):
         """The name of the parameter across."""
         return self.parameters[1]
 
-    @array_property(ORBITS, "period; 0: none found, -1: the orbit ended", RETURNS)
+    @array_property(ORBITS, "period, a complete chatter with its release as one; 0: none found, -1: the orbit ended", RETURNS)
     def period(self) -> Ints:
-        """The period of each orbit in returns, shape (W, V, S); 0: none found, -1: it ended."""
+        """The period of each orbit in returns, shape (W, V, S), as of `Motion`; 0: none found, -1: it ended."""
         return np.array([*(motion.period for motion in self.motions), -1])[self.motion]
 
     @array_property(ORBITS, "periods of the forcing in one period; 0: none found, -1: the orbit ended", NONE)

@@ -52,10 +52,11 @@ class ParameterPlaneSection(Quantified):
         StudyFigure(
             "parameters.parameter_plane",
             "The plane of two parameters coloured by what attracts: its period or motion, and its largest Lyapunov exponent.",
-            "The attractor of the first start at each pixel of two parameters: its period in returns or its motion, black where "
-            "it is chaotic, and its largest Lyapunov exponent per return, of which 2 % lie beyond each end of the colours, with "
-            "bifurcation curves of branches. Another initial state may converge to another motion. Hatched are pixels with "
-            "several attractors, crossed those whose parameters the system refuses, dotted what was not computed.",
+            "The attractor of the first start at each pixel of two parameters: its period in returns, each complete chatter with "
+            "the release after it one, or its motion, black where it is chaotic, and its largest Lyapunov exponent per return, "
+            "of which 2 % lie beyond each end of the colours, with bifurcation curves of branches. Another initial state may "
+            "converge to another motion. Hatched are pixels with several attractors, crossed those whose parameters the system "
+            "refuses, dotted what was not computed.",
             (FigurePart("a plane of two parameters", ("parameter_plane",)), optional("plane_curves"), optional("optimize")),
         ),
     )
