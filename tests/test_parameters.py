@@ -30,6 +30,7 @@ def test_a_wrong_parameter_is_an_error_of_nsmaps_without_a_link(parameters: dict
     assert str(told.value).startswith("VIPair: ")
     assert says in str(told.value)
     assert "http" not in str(told.value)
+    assert told.value.__suppress_context__, "the message says all"
     assert isinstance(told.value, ValueError)
 
 

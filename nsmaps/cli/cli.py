@@ -20,12 +20,11 @@ import typer
 from nsmaps.cli import commands, exploring, proving
 from nsmaps.cli.drawing import Drawn, draw_listed, say_undrawn
 from nsmaps.cli.options import InstalledOnly, MaxHours, MaxMemory, Settings
-from nsmaps.cli.terminal import BAD, FAILED, STOPPED, Program, examples, progress_line, say, show_markdown, summary, written
+from nsmaps.cli.terminal import BAD, FAILED, Program, examples, progress_line, say, show_markdown, summary, written
 from nsmaps.cli.terminal import reported_errors as _reported_errors
 from nsmaps.progress import working
 
 if TYPE_CHECKING:
-    from nsmaps.interrupts import Interrupted
     from nsmaps.study.result import StudyResult
     from nsmaps.study.study import Study
 
@@ -188,21 +187,20 @@ def run(
     read or a figure not be drawn, 130 after Ctrl-C.
     """
     with _reported_errors(), progress_line(quiet):
-        from nsmaps.cli.workers import processes
-        from nsmaps.interrupts import Interrupted
+        from nsmaps.cli.workers import processes, resumable
         from nsmaps.study.reading.overrides import assignments
         from nsmaps.study.reading.reader import load_study
         from nsmaps.study.run import run_study
 
         read = load_study(study, assignments(set_ or []), installed_only=installed_only)
         folder = out or Path("runs", read.name)
-        try:
-            with processes(workers) as executor:
-                result = run_study(read, folder, resume=resume, max_memory=max_memory, max_hours=max_hours, executor=executor)
-        except Interrupted as stopped:
-            _say_stopped(stopped, study, set_ or [], folder)
-            raise typer.Exit(STOPPED) from None
-        result = _shown(result, folder, not no_figures, not no_report, style or "")
+        given = [word for setting in set_ or [] for word in ("--set", setting)]
+        given += ["--workers", str(workers)] if workers > 1 else []
+        again = shlex.join(["nsmaps", "run", study, *given, "--out", str(folder), "--resume"])
+        with processes(workers) as executor, resumable(again, folder):
+            result = run_study(read, folder, resume=resume, max_memory=max_memory, max_hours=max_hours, executor=executor)
+        with resumable(again, folder, result.timings):
+            result = _shown(result, folder, not no_figures, not no_report, style or "")
     if not quiet:
         summary(result, folder, whole=False)
     if not result.holds:
@@ -253,14 +251,6 @@ def _shown(result: "StudyResult", folder: Path, figures: bool, report: bool, sty
         with working("report"):
             write_report(result, folder)
     return result
-
-
-def _say_stopped(stopped: "Interrupted", study: str, settings: list[str], folder: Path) -> None:
-    """The finished steps of a stopped run, and the command that resumes it."""
-    done = ", ".join(stopped.result.timings) or "nothing"
-    given = [word for setting in settings for word in ("--set", setting)]
-    again = shlex.join(["nsmaps", "run", study, *given, "--out", str(folder), "--resume"])
-    say(f"stopped; {folder} keeps the finished steps: {done}\nto resume: {again}", err=True)
 
 
 def _required(study: "Study") -> list[str]:

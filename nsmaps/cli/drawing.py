@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from enum import StrEnum
+from mimetypes import guess_type
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -200,7 +201,10 @@ def animate(
     named = out if out is not None and out.suffix in (".gif", ".mp4") and not out.is_dir() else None
     place = named.parent if named else out or folder / "figures"
     kind = named.suffix[1:] if named else file_format or "gif"
+    pictured = (guess_type(place.name)[0] or "").startswith(("image/", "video/")) and not place.is_dir()
     with of_run(folder), progress_line(quiet):
+        if named is None and pictured:
+            raise NsmapsError(f"--out {out}; expected: a folder, or a file that ends with .gif or .mp4")
         if file_format not in (None, kind):
             raise NsmapsError(f"--format {file_format} and --out {out}; expected: one format")
         result = read_result(folder, installed_only=installed_only)

@@ -7,7 +7,7 @@ import typer
 
 from nsmaps.cli.options import InstalledOnly, Settings
 from nsmaps.cli.terminal import examples, progress_line, reported_errors
-from nsmaps.errors import NsmapsError
+from nsmaps.errors import NsmapsError, near_match
 
 if TYPE_CHECKING:
     from nsmaps.study.study import Study
@@ -60,12 +60,17 @@ def explore(
 
 def _study(name: str, settings: list[str], installed_only: bool) -> "Study":
     """The study of this name, or one of a system alone; with parameters set."""
-    from nsmaps.plugins import is_file, system_names
+    from nsmaps.plugins import is_file, study_names, system_names
     from nsmaps.study.reading.overrides import assignments
     from nsmaps.study.reading.reader import check_installed, load_study, made_ready
     from nsmaps.study.study import Study
 
-    if not (is_file(name) or name in system_names()):
+    systems = system_names()
+    if not (is_file(name) or name in systems):
+        if "/" not in name and not Path(name).exists():
+            near = near_match(name, [*systems, *study_names()])
+            text = f"no study or system {name!r}{near}; expected: the path of a YAML file, one of those that `nsmaps systems` lists"
+            raise NsmapsError(f"{text}, or path/to/mine.py:Class")
         return load_study(name, assignments(settings), installed_only=installed_only)
     study = Study.model_validate({"name": name.rpartition(":")[2], "system": name})
     if installed_only:

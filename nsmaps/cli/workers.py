@@ -1,10 +1,17 @@
-"""The processes in which the parts of a run are computed."""
+"""The processes in which the parts of a run are computed, and what is said where it is stopped."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import get_context
+from pathlib import Path
 from signal import SIG_IGN, SIGINT, signal
+
+import typer
+
+from nsmaps.cli.terminal import STOPPED, say
+from nsmaps.interrupts import Interrupted
+from nsmaps.study.store.run_folder import PARTS
 
 
 @contextmanager
@@ -16,3 +23,24 @@ def processes(count: int) -> Iterator[Executor | None]:
     context = get_context("spawn")  # a fork would have the locks of threads that it does not have
     with ProcessPoolExecutor(count, context, initializer=signal, initargs=(SIGINT, SIG_IGN)) as pool:
         yield pool
+
+
+@contextmanager
+def resumable(again: str, folder: Path, done: Iterable[str] = ()) -> Iterator[None]:
+    """Ctrl-C ends the program with the finished steps that the folder keeps, if any, and the command that resumes the run.
+
+    Args:
+        again: the command.
+        folder: of the run.
+        done: the steps that are finished before.
+    """
+    try:
+        yield
+    except KeyboardInterrupt as stopped:
+        if isinstance(stopped, Interrupted):
+            done = stopped.result.timings
+        elif not done and not any(folder.glob(f"{PARTS}/*")):
+            raise
+        steps = ", ".join(done or sorted(path.stem for path in folder.glob(f"{PARTS}/*.npz"))) or "nothing"
+        say(f"stopped; {folder} keeps the finished steps: {steps}\nto resume: {again}", err=True)
+        raise typer.Exit(STOPPED) from None

@@ -116,6 +116,11 @@ class Estimate(Result):
         pairs, unpaired = len(self.pairs.time), int(self.minima.unpaired[0])
         return not self.probability < POOR and unpaired <= max(2, 0.3 * pairs)
 
+    @property
+    def other_unit(self) -> str:
+        """The unit of time with which the model would describe the data, in words; "" where there is none."""
+        return f", but with a `time_unit` {self.unit_factor:.4g} times as large" if self.unit_factor else ""
+
     @array_property("parameter other", "correlation of the estimates", NONE)
     def correlation(self) -> Floats:
         """The correlation matrix, shape (P, P)."""
@@ -165,7 +170,7 @@ class Estimate(Result):
         if np.isfinite(self.probability):
             fit += f", probability {self.probability:.2g}"
         fit += "" if self.describes else ": the model does not describe the data"
-        fit += f", but with a `time_unit` {self.unit_factor:.4g} times as large" if self.unit_factor else ""
+        fit += self.other_unit
         fit += f"; {len(self.minima.chi2)} minima" if len(self.minima.chi2) > 1 else ""
         fit += f"; unpaired {self.minima.unpaired[0]}" if self.minima.unpaired[0] else ""
         fit += f"; not determined: {', '.join(self.undetermined)}" if self.undetermined else ""

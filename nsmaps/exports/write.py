@@ -133,16 +133,17 @@ def _files(result: Any, language: str, name: str | None) -> dict[str, str]:
 
 def left_out(result: "StudyResult", language: str) -> list[str]:
     """What a study's result holds that is not written in a language, each with the reason."""
-    why = _unwritten(result.system, language) if language in PROGRAMS or isinstance(result.system, PiecewiseMap) else ""
+    told = language in ("latex", *PROGRAMS) or isinstance(result.system, PiecewiseMap)
+    why = _unwritten(result.system, language) if told else ""
     return [*held_by(result).skipped, *([f"the exact map: {why}"] if why else [])]
 
 
 def _of_system(system: System, language: str, name: str | None = None) -> dict[str, str]:
     """The equations of an exact system, its first return as a program, or a map given by formulas, by file name."""
     if why := _unwritten(system, language):
-        expected = "latex, or c, julia and javascript of flights in closed form"
+        others = ", ".join(each for each in LANGUAGES if not _unwritten(system, each))
+        expected = others or ("a `displacement`" if isinstance(system, FlowSystem) else FlowSystem.wanted)
         expected = "latex, or a formula of known functions" if isinstance(system, PiecewiseMap) else expected
-        expected = expected if isinstance(system, FlowSystem | PiecewiseMap) else FlowSystem.wanted
         raise NsmapsError(f"{type(system).__name__} as {language!r}: {why}; expected: {expected}")
     if isinstance(system, PiecewiseMap):
         from nsmaps.exports.equations.pieces import piece_files
@@ -165,14 +166,14 @@ def _unwritten(system: System, language: str) -> str:
         return "" if language == "latex" else _without_text(system)
     if not isinstance(system, FlowSystem):
         return "its returns are given by a program, and not by formulas"
+    if isinstance(system, ImpactSystem) and system.flight() == "acceleration":
+        return "its flights are given by an acceleration"
     if language == "latex":
         return ""
     if language not in PROGRAMS:
         return "its map is implicit"
-    if isinstance(system, HybridSystem):
-        return "its flights are nonlinear, and followed by code of heyoka" if system._definition().smooth else ""
-    integrated = isinstance(system, ImpactSystem) and system.flight() == "acceleration"
-    return "its flights are given by an acceleration" if integrated else ""
+    nonlinear = isinstance(system, HybridSystem) and system._definition().smooth
+    return "its flights are nonlinear, and followed by code of heyoka" if nonlinear else ""
 
 
 def _without_text(system: PiecewiseMap) -> str:

@@ -10,7 +10,7 @@ PAPER = {
     "title": "Computer-assisted global analysis for vibro-impact dynamics: a reduced smooth maps approach",
     "journal": "SIAM Journal on Applied Dynamical Systems",
     "volume": "24",
-    "pages": "1891--",
+    "pages": "1891",
     "year": "2025",
 }
 _SPECIAL = {"\\": r"\textbackslash{}", **{letter: rf"\{letter}" for letter in "{}%&$#_"}, "~": r"\textasciitilde{}"}

@@ -26,8 +26,8 @@ from nsmaps.study.reading.reader import check_installed, load_study
 from nsmaps.study.result import StudyResult
 from nsmaps.study.steps import compute_step, steps_of
 from nsmaps.study.store.archive import BrokenRunError, read_result, versions_of, write
-from nsmaps.study.store.checkpoint import PARTS, keep_step, with_steps
-from nsmaps.study.store.run_folder import check_folder, writable
+from nsmaps.study.store.checkpoint import keep_step, with_steps
+from nsmaps.study.store.run_folder import PARTS, check_folder, writable
 from nsmaps.study.study import Study
 
 

@@ -1,5 +1,7 @@
 """Minima beside the best one, and descriptions by other units of time, of records that share nothing with the engine."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from estimates import CASES, model_of, record_of
@@ -9,6 +11,7 @@ from scipy.integrate import solve_ivp
 
 import nsmaps
 from nsmaps.estimation import Record
+from nsmaps.study.sections.parameters.estimate import EstimateSection
 
 SEED = 117  #: of a record whose first fit from these guesses ends at chi2 18.2
 
@@ -57,3 +60,5 @@ def test_a_unit_of_time_with_which_the_model_describes_the_record_is_named(facto
     assert not found.describes
     assert found.unit_factor == factor
     assert f"the model does not describe the data, but with a `time_unit` {factor:g} times as large" in str(found)
+    (verdict,) = EstimateSection.verdicts(EstimateSection, SimpleNamespace(estimate=found, system=pair))
+    assert verdict.text.endswith(f"degrees of freedom, but with a `time_unit` {factor:g} times as large")

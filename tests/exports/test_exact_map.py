@@ -17,6 +17,7 @@ import nsmaps.plugins
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.flows.formulas import V
 from nsmaps.exact.words import encode
+from nsmaps.exports.languages import LANGUAGES
 from nsmaps.exports.programs.laws import law_texts
 
 gcc = pytest.mark.skipif(not shutil.which("gcc"), reason="gcc is not here, so the C was not run")
@@ -148,13 +149,22 @@ def test_julia(tmp_path):
     np.testing.assert_allclose(numbers[:, 2:], own.derivative.reshape(-1, 4), rtol=1e-10)
 
 
+@pytest.mark.parametrize("name", ["vi_pair", "duffing", "neuron"])
+def test_a_language_that_is_refused_leads_to_those_that_are_not(name):
+    cls, written, told = nsmaps.plugins.system_class(name), [], set()
+    system = SYSTEMS[name][0]() if name in SYSTEMS else cls(**{key: 0.5 for key, field in cls.model_fields.items() if field.is_required()})
+    for language in LANGUAGES:
+        try:
+            nsmaps.export(system, language)
+            written.append(language)
+        except NsmapsError as error:
+            assert str(error).startswith(f"{cls.__name__} as '{language}': ")
+            told.add(str(error).partition("; expected: ")[2])
+    assert told == {", ".join(written) or "a `displacement`"}
+
+
 @pytest.mark.parametrize("language", ["c", "julia"])
-def test_what_cannot_be_written_is_refused_by_name(language):
-    with pytest.raises(NsmapsError, match=f"DuffingStop as '{language}': its flights are given by an acceleration"):
-        nsmaps.export(
-            nsmaps.load_system("duffing", **dict.fromkeys(nsmaps.plugins.system_class("duffing").parameter_names(), 0.5)),
-            language,
-        )
+def test_a_name_that_the_program_has_already_is_refused(language):
     with pytest.raises(NsmapsError, match="the name 'flow', by which the program would have flow twice"):
         nsmaps.export(SYSTEMS["vi_pair"][0](), language, name="flow")
 

@@ -151,3 +151,9 @@ def test_the_command_tells_a_wrong_name_from_a_run(tmp_path):
     assert done.exit_code == 2
     assert "no animation 'surfces', did you mean 'surfaces'?; expected: surfaces, cobweb" in done.output
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_of_another_kind_is_refused(tmp_path):
+    done = CliRunner().invoke(app, ["animate", str(tmp_path), "cobweb", "--out", str(tmp_path / "x.png")])
+    assert (done.exit_code, list(tmp_path.iterdir())) == (2, [])
+    assert done.stderr == f"--out {tmp_path / 'x.png'}; expected: a folder, or a file that ends with .gif or .mp4\n"

@@ -670,16 +670,25 @@ def test_an_empty_region_names_the_line_of_its_piece(good: str) -> None:
         ("ball/dorp", "no study 'ball/dorp', did you mean 'ball/drop'?; expected: the path of a YAML file, or one of {studies}"),
         ("ball", "no study 'ball', did you mean 'ball/drop'?; expected: the path of a YAML file, or one of {studies}"),
         ("nowhere.yaml", "no study 'nowhere.yaml'; expected: the path of a YAML file, or {listed}"),
+        ("here", "here is a folder; expected: the path of a YAML file, or {listed}"),
+        ("here/", "here/ is a folder; expected: the path of a YAML file, or {listed}"),
     ],
 )
 def test_a_study_that_is_not_there(name: str, message: str) -> None:
     from nsmaps.plugins import study_names
 
+    Path("here").mkdir()
     answer = CliRunner().invoke(app, ["check", name])
     assert answer.exit_code == 2
     beside = ", ".join(each for each in study_names() if each.startswith("ball/"))
     listed = "an installed study, which `nsmaps systems` lists"
     assert answer.stderr.strip() == message.format(studies=beside, listed=listed)
+
+
+def test_a_live_page_may_be_of_a_system() -> None:
+    answer = CliRunner().invoke(app, ["explore", "bal", "--live"])
+    assert answer.exit_code == 2
+    assert answer.stderr.startswith("no study or system 'bal', did you mean 'ball'?; expected: ")
 
 
 def test_a_list_without_brackets(good: str) -> None:

@@ -1,6 +1,7 @@
 """The section `manifolds` of a study: against the function, against the boundary of basins, in numbers and in its figure."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -105,3 +106,14 @@ def test_errors_name_the_entry(old, new, message, tmp_path):
 def test_a_figure_of_no_manifold_says_why(result):
     with pytest.raises(NsmapsError, match="the figure 'manifolds' has nothing to show: the orbit has the multipliers"):
         CATALOGUE["manifolds"].sheets(result.with_parts({"manifolds": {"sink": ()}}))
+
+
+def test_the_reasons_of_both_manifolds_are_kept(result, monkeypatch):
+    def refused(system, orbit, which, **how):
+        raise NsmapsError(f"no {which} one")
+
+    monkeypatch.setattr("nsmaps.dynamics.manifolds.manifold.manifold", refused)
+    own = result.study.manifolds
+    plan = SimpleNamespace(system=result.system, bound={"manifolds": [np.array([0.34, 2.87]), np.array([0.83, 0.36])]})
+    reasons = own.compute(plan, result)["no_manifold"]
+    assert reasons == {"saddle": "no unstable one; no stable one", "sink": "no unstable one"}

@@ -326,6 +326,15 @@ def test_a_disk_that_is_full_at_the_end_loses_no_step_and_no_earlier_result(good
     assert {path.stem for path in Path("out/parts").iterdir()} == {"system", "surfaces", "composite", "orbits", "domains"}
 
 
+def test_only_a_folder_with_finished_steps_is_said_to_have_them(tmp_path: Path) -> None:
+    said = "cannot be written to (full); expected: free space and write permission"
+    for more in ("", ". The finished steps are stored there: resume with --resume"):
+        with pytest.raises(NsmapsError) as told, folders.writable(tmp_path):
+            raise OSError("full")
+        assert str(told.value) == f"{tmp_path} {said}{more}"
+        (tmp_path / folders.PARTS / "system").mkdir(parents=True, exist_ok=True)
+
+
 def test_a_folder_that_cannot_be_written_is_told_before_anything_is_computed(monkeypatch: pytest.MonkeyPatch, good: str) -> None:
     Path("s.yaml").write_text(good)
     Path("file").write_text("")

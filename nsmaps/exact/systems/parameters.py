@@ -192,7 +192,7 @@ def with_parameters(cls: type[Model], parameters: Mapping[str, Any]) -> Model:
     try:
         return cls(**parameters)
     except ValidationError as error:
-        raise ParameterError(refused(error, cls)) from error
+        raise ParameterError(refused(error, cls)) from None
 
 
 @fingerprint.register

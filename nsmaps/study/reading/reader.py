@@ -154,13 +154,17 @@ def files_beside(path: Path) -> list[str]:
 def shipped_file(name: str) -> Path:
     """The file of an installed study; raises StudyError with the names of its system's studies."""
     system, _, stem = name.rpartition("/")
+    is_folder = os.path.isdir(name)
     try:
         files = study_files(system) if system and not name.endswith((".yaml", ".yml")) else {}
     except NsmapsError as error:
-        raise StudyError(f"no study {name!r}: {error}") from error
+        if not is_folder:
+            raise StudyError(f"no study {name!r}: {error}") from error
+        files = {}
     if stem not in files:
         known = study_names()
         beside = [each for each in known if each.partition("/")[0] == name.partition("/")[0]]
         listed = f"one of {', '.join(beside)}" if beside else "an installed study, which `nsmaps systems` lists"
-        raise StudyError(f"no study {name!r}{near_match(name, known)}; expected: the path of a YAML file, or {listed}")
+        what = f"{name} is a folder" if is_folder else f"no study {name!r}{near_match(name, known)}"
+        raise StudyError(f"{what}; expected: the path of a YAML file, or {listed}")
     return files[stem]

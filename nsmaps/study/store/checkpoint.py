@@ -11,9 +11,9 @@ from nsmaps.errors import NsmapsError
 from nsmaps.files.npz import packed, read_arrays
 from nsmaps.files.storage import replace_file
 from nsmaps.study.result import StudyResult
+from nsmaps.study.store.run_folder import PARTS
 from nsmaps.study.store.serialize import Arrays, decode, encode, modules_of
 
-PARTS = "parts"  #: the folder of finished steps inside a run's folder
 STEP = "step"  #: the key of an array with the JSON text of the step
 
 

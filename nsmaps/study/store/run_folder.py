@@ -12,6 +12,7 @@ from nsmaps.files.storage import replace_file, unfinished
 
 RECORD = "result.json"
 RESULTS = ("study.yaml", "arrays.npz", RECORD)
+PARTS = "parts"  #: the folder of finished steps inside, until the result is written
 LISTED = "written.txt"  #: the paths of figures and exports of the results, one per line
 
 
@@ -83,13 +84,14 @@ def move_ready(folder: Path) -> None:
 
 @contextmanager
 def writable(folder: Path) -> Iterator[None]:
-    """Raise NsmapsError for an OSError inside, with what is stored and how to resume."""
+    """Raise NsmapsError for an OSError inside, with how to resume where finished steps are stored."""
     try:
         yield
     except OSError as error:
+        stored = any(folder.glob(f"{PARTS}/*"))
         raise NsmapsError(
-            f"{folder} cannot be written to ({error.strerror or error}); expected: free space and write permission. "
-            "The finished steps are stored there: resume with --resume"
+            f"{folder} cannot be written to ({error.strerror or error}); expected: free space and write permission"
+            f"{'. The finished steps are stored there: resume with --resume' if stored else ''}"
         ) from error
 
 

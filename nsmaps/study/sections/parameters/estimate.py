@@ -105,11 +105,12 @@ class EstimateSection(Analysis):
         found = result.estimate
         rows = {"values": found.parameters, "errors": dict(zip(found.names, found.errors.tolist(), strict=True))}
         fit = {"chi2": found.chi2, "dof": found.dof, "describes": found.describes, "undetermined": list(found.undetermined)}
+        fit |= {"unit_factor": found.unit_factor} if found.unit_factor else {}
         return {"estimate": rows | fit | {"unpaired": int(found.minima.unpaired[0])}}
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         found = result.estimate
-        text = f"{'yes' if found.describes else 'no'}: chi2 {found.chi2:.4g} of {found.dof} degrees of freedom"
+        text = f"{'yes' if found.describes else 'no'}: chi2 {found.chi2:.4g} of {found.dof} degrees of freedom{found.other_unit}"
         yield Verdict("estimate: the model describes the data", result.system.map_name, found.describes, False, text)
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:

@@ -74,7 +74,7 @@ class Manifolds(Entries[ManifoldSection]):
     key: ClassVar[str] = "manifolds"
     results: ClassVar[Mapping[str, Any]] = {
         "manifolds": {},  #: by name: the unstable one, then the stable one
-        "no_manifold": {},  #: by name, the reason why one of them is not there
+        "no_manifold": {},  #: by name, the reasons why one or both of them are not there
     }
     figures: ClassVar[tuple[StudyFigure, ...]] = (
         StudyFigure(
@@ -100,9 +100,10 @@ class Manifolds(Entries[ManifoldSection]):
         from nsmaps.dynamics.periodic import periodic_orbit
 
         found: dict[str, tuple[Manifold, ...]] = {}
-        reasons = {}
+        reasons: dict[str, str] = {}
         for number, each in enumerate(self):
             orbit, own = periodic_orbit(plan.system, plan.bound["manifolds"][number], each.period), []
+            why = list[str]()
             for which in ("unstable", "stable"):
                 if each.which in ("both", which):
                     try:
@@ -110,8 +111,9 @@ class Manifolds(Entries[ManifoldSection]):
                             manifold(plan.system, orbit, which, length=each.length, gap=each.gap, max_points=each.max_points)
                         )
                     except NsmapsError as error:
-                        reasons[each.name] = str(error)
+                        why.append(str(error))
             found[each.name] = tuple(own)
+            reasons |= {each.name: "; ".join(dict.fromkeys(why))} if why else {}
             beat((number + 1) / len(self))
         return {"manifolds": found, "no_manifold": reasons}
 
