@@ -69,8 +69,8 @@ def _study(name: str, settings: list[str], installed_only: bool) -> "Study":
     if not (is_file(name) or name in systems):
         if "/" not in name and not Path(name).exists():
             near = near_match(name, [*systems, *study_names()])
-            text = f"no study or system {name!r}{near}; expected: the path of a YAML file, one of those that `nsmaps systems` lists"
-            raise NsmapsError(f"{text}, or path/to/mine.py:Class")
+            expected = "the path of a YAML file, one of those that `nsmaps systems` lists, or path/to/mine.py:Class"
+            raise NsmapsError(f"no study or system {name!r}{near}; expected: {expected}")
         return load_study(name, assignments(settings), installed_only=installed_only)
     study = Study.model_validate({"name": name.rpartition(":")[2], "system": name})
     if installed_only:
