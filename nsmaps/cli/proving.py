@@ -40,6 +40,7 @@ def prove(
     """Search for a proof of convergence to a cycle, of arrival in a closed set, or of chaos; write a certificate, and verify it.
 
     Ctrl-C ends the search after the division of cells that is under way; what was found is kept. Pressed twice it ends at once.
+    The exit code is 1 if nothing is proved of any cell.
     """
     with reported_errors(), progress_line(quiet):
         from nsmaps.files.storage import unfinished
@@ -115,7 +116,7 @@ def verify(
 ) -> None:
     """Verify a certificate: compute all it claims again, in ball arithmetic and doubles with bounds of all rounding.
 
-    The exit code is 0 if it is proved, 1 if it is refused.
+    The exit code is 0 if it is proved, 1 if it is refused or if nothing is proved of any cell.
     """
     with reported_errors(), progress_line(quiet):
         from nsmaps.verify.certificate import Verified, read
@@ -145,7 +146,7 @@ def _refusal() -> Iterator[None]:
 
 def _verified(certificate: "Certificate") -> "Verified | VerifiedMap":
     """Verify a certificate and print the theorem."""
-    from nsmaps.verify.certificate import statement
+    from nsmaps.verify.certificate import Verified, statement
     from nsmaps.verify.certificate import verify as prove_again
 
     with working("verification"):
@@ -153,6 +154,8 @@ def _verified(certificate: "Certificate") -> "Verified | VerifiedMap":
     say("as the file says: " + "; ".join(f"{name}: {value}" for name, value in certificate.about.items()))
     say(statement(found, certificate))
     say("seconds for cycles and horseshoe, trap, cells: " + ", ".join(f"{t:.1f}" for t in found.seconds))
+    if isinstance(found, Verified) and found.is_empty:
+        raise typer.Exit(FAILED)
     return found
 
 

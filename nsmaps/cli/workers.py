@@ -1,4 +1,4 @@
-"""The processes in which the parts of a run are computed, and what is said where it is stopped."""
+"""The processes in which the parts of a run are computed, and how a run ends that is stopped."""
 
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor

@@ -1,10 +1,10 @@
-"""`python -m nsmaps.verify FILE`: verify a certificate; exit code 0 if it is proved, 1 if it is refused."""
+"""`python -m nsmaps.verify FILE`: verify a certificate; exit code 0 if it is proved, 1 if refused, or if of no cell."""
 
 import sys
 from pathlib import Path
 
 from nsmaps.verify.cells import CertificateError
-from nsmaps.verify.certificate import read, statement, verify
+from nsmaps.verify.certificate import Verified, read, statement, verify
 
 
 def main(path: str) -> int:
@@ -18,7 +18,7 @@ def main(path: str) -> int:
         return 1
     print(f"\n{statement(found, certificate)}")
     print("Seconds for cycles and horseshoe, trap, cells: " + ", ".join(f"{t:.1f}" for t in found.seconds))
-    return 0
+    return int(isinstance(found, Verified) and found.is_empty)
 
 
 if __name__ == "__main__":

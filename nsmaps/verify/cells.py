@@ -155,6 +155,7 @@ def check_cells(
             orbits are shown to converge elsewhere; unused for `closed` grids.
         slopes: of the squares that are cut.
     """
+    _check_grid(grid, len(system.walls), len(codes))
     system, unit = in_units(system, grid.top)
     grid = grid._replace(top=grid.top / unit)
     tree = tree_of(grid, len(system.walls), codes, slopes)

@@ -63,6 +63,11 @@ class Verified:
     chaos: Chaos | None = None  #: of the horseshoe
     whole: bool = False  #: no state below `top` is left open
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing is proved of any cell, although there are cells."""
+        return bool(self.shares) and not any(self.shares)
+
 
 def write_certificate(path: Path, certificate: Certificate) -> None:
     """Write a certificate."""
@@ -169,6 +174,8 @@ def statement(found: Verified | VerifiedMap, certificate: Certificate) -> str:
     if isinstance(found, VerifiedMap):
         return statement_of_map(found, certificate.system)
     parts = [_arrival(found)] if found.closed else [_attraction(found, trap_of(certificate.trap))] if found.shares else []
+    if found.is_empty:
+        parts = [f"Not proved: where orbits from any cell come to; all cells of impact speeds below {found.top} are left open."]
     chaos = [in_words(found.chaos, found.letters)] if found.chaos else []
     return "\n".join([equation_in_words(certificate.system), *parts, *_of_cycles(found), *chaos])
 

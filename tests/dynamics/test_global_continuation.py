@@ -87,6 +87,14 @@ class Wells(ReturnMap):
 BOX = {"x": (-1.2, 1.2)}
 
 
+@pytest.mark.parametrize("side", [1.0, 3.5])
+def test_a_timed_kick_is_a_share_of_the_box_and_the_reach_one_of_the_map_s_scale(side):
+    box = {"x": (-1 - side / 2, -1 + side / 2)}
+    made = nsmaps.global_continuation(Jump, "b", [1.0], box, n_samples=20, max_returns=100, kick=0.01, n_kicks=10)
+    (attractor,) = [each for each in made.attractors if each.states[0, 0] < 0]
+    assert made.return_time[0, 0] == ceil(log(0.01 * side / (1e-6 * attractor.scale[0])) / log(2))
+
+
 def test_share_distance_and_return_time_of_a_map_with_a_known_boundary():
     values = [-0.5, 0.25]
     made = nsmaps.global_continuation(

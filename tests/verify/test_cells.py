@@ -104,6 +104,11 @@ def test_changes_are_refused(equation, cells, wrong):
         check_cells(system_of(equation), grid, codes, trap, slopes=slopes)
 
 
+def test_a_speed_of_too_many_bits_is_refused_as_it_is_stated(equation, cells):
+    with pytest.raises(CertificateError, match=r"top=1000\.0000001, "):
+        check_cells(system_of(equation), GRID._replace(top=1000.0000001), cells.codes, near, slopes=cells.slopes)
+
+
 @pytest.mark.parametrize("wrong", ["lowest row", "no slope", "split strip"])
 def test_divisions_that_are_not_meant_are_refused(wrong):
     codes, slopes = np.full(2 * GRID.side**2 + 2, OPEN, np.uint16), np.array([3], np.int8)

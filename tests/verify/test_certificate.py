@@ -373,3 +373,19 @@ def test_the_commands_write_and_verify(tmp_path, certificate, monkeypatch, capsy
     other = CliRunner().invoke(app, ["prove", "vi_pair/fp"])
     assert other.exit_code == 2
     assert "section 'proof'" in other.output
+
+
+def test_cells_of_which_nothing_is_proved_are_a_failed_claim(tmp_path):
+    """Cells larger than the trap: none of them lies in it."""
+    study = tmp_path / "coarse.yaml"
+    proof = "{start: {v: 4.19, phi: 0.51}, top: 6, side: 32, depth: 0, max_periods: 2}"
+    study.write_text(f"system: bouncing_ball\nparameters: {{Gamma: 1.2, r: 0.5}}\nproof: {proof}\n")
+    path = str(tmp_path / "coarse.proof")
+    for words in (["prove", str(study), "--out", path, "-q"], ["verify", path, "-q"]):
+        done = CliRunner().invoke(app, words)
+        assert done.exit_code == 1
+        assert (
+            "Not proved: where orbits from any cell come to; all cells of impact speeds below 6.0 are left open." in done.output
+        )
+        assert "converge" not in done.output
+    assert main(path) == 1
