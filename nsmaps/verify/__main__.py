@@ -1,4 +1,4 @@
-"""`python -m nsmaps.verify FILE`: verify a certificate; exit code 0 if it is proved, 1 if refused, or if of no cell."""
+"""`python -m nsmaps.verify FILE`: verify a certificate; exit code 0, or 1 if it is refused or proves nothing of any cell."""
 
 import sys
 from pathlib import Path
