@@ -1,15 +1,18 @@
 """The section `optimum` of a study: against the function, in numbers, tables, captions and the figure of a plane."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
 import nsmaps
+from nsmaps.dynamics.design.optimum import Attempt
 from nsmaps.errors import StudyError
 from nsmaps.study.pictures.catalogue import caption
 from nsmaps.study.result import StudyResult
+from nsmaps.study.sections.parameters.optimum import same
 from nsmaps.study.store.archive import FORMAT, read_result
 from nsmaps.study.study import CATALOGUE
 
@@ -66,7 +69,7 @@ def test_numbers_verdict_tables_and_caption_say_what_was_found(result: StudyResu
     assert numbers["coexisting"] == [{"label": "1:1/T", "share": 1.0, "error": 0.0}]
     (verdict,) = [each for each in result.verdicts if each.name == "optimize: the same from every start"]
     assert verdict.holds
-    assert verdict.text == "yes: 2 of 2 starts within 1e-06 of its value, 2 of these within 0.001 of the bounds of its parameters"
+    assert verdict.text == "yes: 2 of 2 starts within 1e-06 of its value, 2 of 2 within 0.001 of the bounds of its parameters"
     conditions, beside, under = section.tables(result)
     assert conditions.title == "Maximum of energy of 1:1/T: 2.06391 J per period"
     assert conditions.rows[3][:3] == ("d", "0.8", "0.5 to 0.8")
@@ -90,7 +93,14 @@ def test_the_verdict_tells_one_value_from_one_place(tmp_path: Path, formula: str
     (verdict,) = [each for each in nsmaps.run_study(tmp_path / "study.yaml").verdicts if each.name.startswith("optimize")]
     assert verdict.holds == (places == 3)
     assert "3 of 3 starts within 1e-06 of its value, " in verdict.text
-    assert f", {places} of these within 0.001 of the bounds" in verdict.text
+    assert f", {places} of 3 within 0.001 of the bounds" in verdict.text
+
+
+def test_places_agree_where_values_do_not() -> None:
+    """At the edge of a fold a value has the root of the error of its place."""
+    ends = [{"d": 0.5 + 1e-8}, {"d": 0.5 + 4e-8}, {"d": 0.7}]
+    attempts = [Attempt(end, end, (end["d"] - 0.5) ** 0.5, True, "", 1, 1.0) for end in ends]
+    assert same(SimpleNamespace(attempts=attempts, sense="min", size=1.0), {"d": (0.0, 1.0)}) == (1, 2)
 
 
 def test_the_plane_has_a_star_at_the_optimum(result: StudyResult) -> None:

@@ -140,9 +140,10 @@ class OptimumSection(Analysis):
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         found = result.optimize
         (values, places), total = same(found, self.bounds), len(found.attempts)
-        text = f"{yes(places == total)}: {values} of {total} starts within {SAME:g} of its value, "
-        text += f"{places} of these within {PLACE:g} of the bounds of its parameters"
-        yield Verdict("optimize: the same from every start", result.system.map_name, places == total, False, text)
+        holds = values == places == total
+        text = f"{yes(holds)}: {values} of {total} starts within {SAME:g} of its value, "
+        text += f"{places} of {total} within {PLACE:g} of the bounds of its parameters"
+        yield Verdict("optimize: the same from every start", result.system.map_name, holds, False, text)
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """The optimum, the parameters at which it lies, and the motion that has it."""
@@ -211,7 +212,7 @@ def _coexisting(found: "Optimum") -> Iterator[dict[str, Any]]:
 
 
 def same(found: "Optimum", bounds: Mapping[str, tuple[float, float]]) -> tuple[int, int]:
-    """The numbers of starts that lead to the best value of all, and of those among them that lead to its parameters.
+    """The numbers of starts that lead to the best value of all, and to its parameters or near them.
 
     Values are one within 1e-6 of the best, or 1e-9 of the largest one met, as where the best is zero.
     """
@@ -220,10 +221,9 @@ def same(found: "Optimum", bounds: Mapping[str, tuple[float, float]]) -> tuple[i
     met = [one for one in found.attempts if one.optimal] or [one for one in found.attempts if one.feasible]
     best = (max if found.sense == "max" else min)(met, key=lambda one: one.value)
     near = max(SAME * abs(best.value), FLAT * found.size)
-    values = [one.end for one in met if abs(one.value - best.value) <= near]
     sides = {name: PLACE * (high - low) for name, (low, high) in bounds.items()}
-    places = [end for end in values if all(abs(end[name] - best.end[name]) <= side for name, side in sides.items())]
-    return len(values), len(places)
+    places = [all(abs(one.end[name] - best.end[name]) <= side for name, side in sides.items()) for one in met]
+    return sum(abs(one.value - best.value) <= near for one in met), sum(places)
 
 
 def _bounds(low: float, high: float) -> str:
