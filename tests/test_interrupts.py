@@ -1,20 +1,26 @@
-"""Ctrl-C ends compiled loops before they are done: observables, their derivatives, noise and orbits, also in threads."""
+"""Ctrl-C ends compiled loops before they are done, also in threads, and a run with its workers."""
 
 import os
 import signal
 import threading
 from collections.abc import Callable
+from concurrent.futures import BrokenExecutor, Executor
+from pathlib import Path
+from time import sleep
 from typing import Any
 
 import numpy as np
 import pytest
+import typer
 
 import nsmaps
 from nsmaps import Noise, Observable, noisy_orbits
+from nsmaps.cli.workers import processes, resumable
 from nsmaps.exact.engine import kernel
 from nsmaps.exact.noise import modes
 from nsmaps.exact.observables import totals
 from nsmaps.exact.observables.formulas import plan_of
+from nsmaps.study.store.run_folder import PARTS
 
 BELT = nsmaps.load_system("belt", zeta=0.02, vb=0.3, mu_k=0.4, mu_s=0.6, w=0.9, A=0.25)
 PAIR = nsmaps.load_system("vi_pair", d=0.35, r=0.5, g_bar=0.2113)
@@ -79,3 +85,26 @@ def test_ctrl_c_ends_compiled_loops(name: str, monkeypatch: pytest.MonkeyPatch) 
         presses.join()
         signal.signal(signal.SIGINT, handler)
     assert all(ends)
+
+
+def test_a_run_stopped_between_two_steps_says_what_was_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(KeyboardInterrupt), resumable("again", tmp_path):
+        raise KeyboardInterrupt
+    (tmp_path / PARTS / "orbits").mkdir(parents=True)
+    (tmp_path / PARTS / "surfaces.npz").touch()
+    for done, steps in ((), "surfaces"), (("system", "orbits"), "system, orbits"):
+        with pytest.raises(typer.Exit), resumable("again", tmp_path, done):
+            raise KeyboardInterrupt
+        assert capsys.readouterr().err == f"stopped; {tmp_path} keeps the finished steps: {steps}\nto resume: again\n"
+
+
+def test_workers_end_with_what_stops_them() -> None:
+    waiting = []
+
+    def stopped(executor: Executor) -> None:
+        waiting.append(executor.submit(sleep, 60))
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), processes(2) as executor:
+        stopped(executor)  # type: ignore[arg-type]
+    assert isinstance(waiting[0].exception(timeout=0), BrokenExecutor)

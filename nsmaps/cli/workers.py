@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from pathlib import Path
 from signal import SIG_IGN, SIGINT, signal
 
@@ -22,7 +22,12 @@ def processes(count: int) -> Iterator[Executor | None]:
         return
     context = get_context("spawn")  # a fork would have the locks of threads that it does not have
     with ProcessPoolExecutor(count, context, initializer=signal, initargs=(SIGINT, SIG_IGN)) as pool:
-        yield pool
+        try:
+            yield pool
+        except BaseException:  # nobody waits for their parts, and a second Ctrl-C while they end would leave the program waiting
+            for worker in active_children():
+                worker.terminate()
+            raise
 
 
 @contextmanager
