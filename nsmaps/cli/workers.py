@@ -24,7 +24,7 @@ def processes(count: int) -> Iterator[Executor | None]:
     with ProcessPoolExecutor(count, context, initializer=signal, initargs=(SIGINT, SIG_IGN)) as pool:
         try:
             yield pool
-        except BaseException:  # nobody waits for their parts, and a second Ctrl-C while they end would leave the program waiting
+        except BaseException:  # their parts are of no use, and a second Ctrl-C while they end would not end the program
             for worker in active_children():
                 worker.terminate()
             raise
