@@ -1,7 +1,7 @@
 """The restitution of a ball from the times of its bounces on a floor: `python docs/benchmarks/bounces.py FILE`.
 
-The file has a column `time` in milliseconds, as `data/30 bounces.csv` of https://github.com/eepsmedia/ping-pong-bounce, under the MIT
-licence. Printed are the estimate, and least squares of the closed form t_0 + T (1 - r^k) / (1 - r) of the times.
+The file has a column `time` in milliseconds, as `data/30 bounces.csv` of https://github.com/eepsmedia/ping-pong-bounce, under the
+MIT licence. Printed are the estimate, and least squares of the closed form t_0 + T (1 - r^k) / (1 - r) of the times.
 """
 
 import sys
