@@ -35,6 +35,7 @@ def impacts_of_oscillator(speed: float, begin: float, phase: float, count: int) 
     return np.array(times)
 
 
+@pytest.mark.thorough
 def test_a_better_minimum_beside_that_of_the_first_fit_is_found() -> None:
     """The least sum of squares is below that at the true motion."""
     _, free, ranges, count = CASES["duffing"]
