@@ -241,7 +241,7 @@ def test_what_needs_a_closed_form_is_refused():
         system.image_boxes([[[0.5, 0.6], [0.2, 0.3]]])
     with pytest.raises(NsmapsError, match="grazing curves need flights in closed form"):
         system.grazing_curves({"v": (0.1, 1), "phi": (0, 1)})
-    with pytest.raises(NsmapsError, match="is given by its acceleration"):
+    with pytest.raises(NsmapsError, match="given by an acceleration; expected: a `displacement`"):
         nsmaps.export(system, "latex")
 
 
