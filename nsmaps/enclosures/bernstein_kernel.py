@@ -49,7 +49,7 @@ class Work(NamedTuple):
     monotone: Bools  #: shape (2, B), whether coefficients rise, and whether they fall
 
 
-def work_for(tables, count):
+def work_for(tables: Tables, count: int) -> Work:
     """Memory for blocks of `count` boxes, or of fewer where these are many."""
     (m, terms), (n, k), size = tables.terms.shape, tables.points.shape, max(1, min(count, BLOCK))
     shapes = (m * terms,), (m * terms,), (n, k, k), (n, k), (m,), (m,), (m,), (8,)
