@@ -53,9 +53,8 @@ def work_for(tables: Tables, count: int) -> Work:
     """Memory for blocks of `count` boxes, or of fewer where these are many."""
     (m, terms), (n, k), size = tables.terms.shape, tables.points.shape, max(1, min(count, BLOCK))
     shapes = (m * terms,), (m * terms,), (n, k, k), (n, k), (m,), (m,), (m,), (8,)
-    return Work(
-        *(np.empty((*shape, size)) for shape in shapes), place=np.empty((2, size), np.int64), monotone=np.empty((2, size), bool)
-    )
+    numbers = [np.empty((*shape, size)) for shape in shapes]
+    return Work._make([*numbers, np.empty((2, size), np.int64), np.empty((2, size), bool)])
 
 
 @inner
