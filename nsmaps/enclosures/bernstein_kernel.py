@@ -58,9 +58,23 @@ def work_for(tables: Tables, count: int) -> Work:
 
 
 @inner
-def transform(matrix, size, after, work, count):
-    """Sum over the first index of a matrix (size, size) along one axis of `work.values` (..., size, after), into `work.spare`."""
-    source, target = work.values, work.spare
+def add_product(total, row, weight, count):
+    """Add a row (B,) times a number to a total (B,)."""
+    for i in range(count):
+        total[i] += row[i] * weight
+
+
+@inner
+def add_products(total, row, weight, count):
+    """The same, times a number for each box, shape (B,)."""
+    for i in range(count):
+        total[i] += row[i] * weight[i]
+
+
+@inner
+def transform(tables, j, matrix, add, work, count):
+    """Sum over the first index of a matrix, shape (K, K) or (K, K, B), along coordinate j of `work.values`; `add` adds a term."""
+    source, target, size, after = work.values, work.spare, tables.size[j], tables.after[j]
     for begin in range(0, len(source), size * after):
         for q in range(size):
             for a in range(begin, begin + after):
@@ -68,41 +82,17 @@ def transform(matrix, size, after, work, count):
                 for i in range(count):
                     total[i] = 0.0
                 for p in range(size):
-                    row, weight = source[a + p * after], matrix[p, q]
-                    for i in range(count):
-                        total[i] += row[i] * weight
-
-
-@inner
-def transform_each(matrix, size, after, work, count):
-    """As `transform`, by a matrix for each box (size, size, B)."""
-    source, target = work.values, work.spare
-    for begin in range(0, len(source), size * after):
-        for q in range(size):
-            for a in range(begin, begin + after):
-                total = target[a + q * after]
-                for i in range(count):
-                    total[i] = 0.0
-                for p in range(size):
-                    row, weight = source[a + p * after], matrix[p, q]
-                    for i in range(count):
-                        total[i] += row[i] * weight[i]
-
-
-@inner
-def restore(work, count):
-    """Copy `work.spare` to `work.values`."""
-    for s in range(len(work.spare)):
+                    add(total, source[a + p * after], matrix[p, q], count)
+    for s in range(len(target)):
         for i in range(count):
-            work.values[s, i] = work.spare[s, i]
+            source[s, i] = target[s, i]
 
 
 @inner
-def transform_all(tables, matrices, work, count):
-    """Apply a matrix (n, K, K) along each axis to `work.values`, in place."""
+def transform_all(tables, matrices, add, work, count):
+    """The same along all coordinates, by matrices (n, K, K) or (n, K, K, B)."""
     for j in range(len(tables.size)):
-        transform(matrices[j], tables.size[j], tables.after[j], work, count)
-        restore(work, count)
+        transform(tables, j, matrices[j], add, work, count)
 
 
 @inner
@@ -138,9 +128,7 @@ def evaluate(tables, boxes, work, count):
         for s in range(terms):
             for i in range(count):
                 work.values[k * terms + s, i] = tables.terms[k, s]
-    for j in range(len(tables.size)):
-        transform_each(work.basis[j], tables.size[j], tables.after[j], work, count)
-        restore(work, count)
+    transform_all(tables, work.basis, add_products, work, count)
     for k in range(m):
         level = work.level[k]
         for i in range(count):
@@ -291,10 +279,10 @@ def bernstein_hulls(tables, work, boxes, outer, taken, margin, at, bend):
         evaluate(tables, given, work, count)
         margins(tables, work, count, margin[begin:end])
         swings(tables, work, count)
-        transform_all(tables, tables.interpolation, work, count)
+        transform_all(tables, tables.interpolation, add_product, work, count)
         for k in range(m):
             roundings(tables, k, work, count)
-        transform_all(tables, tables.conversion, work, count)
+        transform_all(tables, tables.conversion, add_product, work, count)
         for k in range(m):
             bounds(tables, k, work, count, outer[begin:end], taken[begin:end])
             locate(tables, k, given, work, count, at[begin:end], bend[begin:end])

@@ -1,12 +1,8 @@
 """Proofs in units far from those of the numbers 1: of one ball the same is proved, and its orbits do what is claimed."""
 
-from typing import Any
-
 import numpy as np
 import pytest
-import sympy as sp
-
-import nsmaps
+from units import Ball
 
 pytest.importorskip("flint")
 
@@ -16,30 +12,10 @@ from nsmaps.verify.certificate import Certificate, statement, verify
 R = 0.5
 
 
-class Ball(nsmaps.ImpactSystem):
-    """A ball on a table that moves as a sin w t."""
-
-    a: float
-    w: float
-    g: float
-    r: float = R
-
-    def walls(self) -> dict[str, nsmaps.Wall]:
-        return {"B": nsmaps.Wall(at=0, side=-1)}
-
-    def period(self) -> Any:
-        return 2 * sp.pi / self.w
-
-    def displacement(self, t: Any, hit: Any) -> Any:
-        s = t - hit.t
-        lift = hit.w + self.a * self.w * sp.cos(self.w * hit.t)
-        return hit.z + lift * s - self.g * s**2 / 2 - self.a * (sp.sin(self.w * t) - sp.sin(self.w * hit.t))
-
-
 def certificate_in(length: float, time: float) -> tuple[Certificate, float]:
     """A proof for the ball with Gamma = 1.2 and r = 1/2 in units of length and time, and that of speed."""
     unit = length / time
-    ball = Ball(a=1.2 * length, w=1 / time, g=length / time**2)
+    ball = Ball(a=1.2 * length, w=1 / time, g=length / time**2, r=R)
     return prove(ball, [4.2 * unit, 0.5], top=6 * unit, side=128, depth=0, cycles=[([4.1 * unit, 0.5], 1)]), unit
 
 
