@@ -133,8 +133,8 @@ def _files(result: Any, language: str, name: str | None) -> dict[str, str]:
 
 def left_out(result: "StudyResult", language: str) -> list[str]:
     """What a study's result holds that is not written in a language, each with the reason."""
-    expected = language in ("latex", *PROGRAMS) or isinstance(result.system, PiecewiseMap)
-    why = _unwritten(result.system, language) if expected else ""
+    writes_map = language in ("latex", *PROGRAMS) or isinstance(result.system, PiecewiseMap)
+    why = _unwritten(result.system, language) if writes_map else ""
     return [*held_by(result).skipped, *([f"the exact map: {why}"] if why else [])]
 
 
