@@ -18,9 +18,7 @@ OPEN, CUT, MET = 0, 1, 2  #: between a state and the next: a curve, a jump, or a
 MEETS = 1e-2  #: distance of the sides of a change, as a share of the gap, at which the curve is continuous there
 ROUNDS = 200  #: of insertions into one image
 POINT = 1e-9  #: arclength of an image, in units of the scale, below which it has shrunk to a point of an attractor
-FOLDED = (
-    300  #: images after which a curve that would be long if it were straight, but whose image is within the gap, is folded in it
-)
+FOLDED = 300  #: images after which a curve that stays within the gap, where a straight one would be long, is folded in it
 
 
 @dataclass(frozen=True, slots=True)

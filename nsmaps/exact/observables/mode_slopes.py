@@ -11,10 +11,10 @@ from nsmaps.exact.modes.march.flight import saltation, time_slope
 from nsmaps.exact.modes.march.returns import MOST_EVENTS, PAUSE, Limits, begin_return, follow_motion
 from nsmaps.exact.modes.march.starting import find_start
 from nsmaps.exact.modes.tables.memory import FLIGHT_TIME, PIECES
-from nsmaps.exact.observables.memory import NODES, VALUE, WEIGHTS
+from nsmaps.exact.observables.memory import NODES, VALUE
 from nsmaps.exact.observables.motions import ROW, instant, over_pieces, phase_after, row_of, write_before
 from nsmaps.exact.observables.slopes import add_slopes
-from nsmaps.exact.observables.sums import evaluate_formulas, length_of_rule
+from nsmaps.exact.observables.sums import evaluate_formulas, over_panel
 
 FIRST = 0  # coordinate of an image, NaN without a return
 
@@ -61,16 +61,18 @@ def evaluate_instant(piece, s, seen):
 
 
 @inner
+def add_node(s, weight, context):
+    """Add the derivatives at a time of a piece."""
+    piece, seen = context
+    evaluate_instant(piece, s, seen)
+    add_slopes(seen.q, seen.g, piece.p.own, seen.numbers[ROW], True, weight, seen.slopes)
+
+
+@inner
 def add_piece(piece, length, seen):
     """Add the derivatives of a piece of a flight of fixed time."""
     piece.x.integers[PIECES] += len(NODES)
-    x, step = 0.0, length
-    while x < length:
-        step = length_of_rule(seen.q, seen.numbers[ROW], x, min(step, length - x), length, instant, piece)
-        for j in range(len(NODES)):
-            evaluate_instant(piece, x + step * NODES[j], seen)
-            add_slopes(seen.q, seen.g, piece.p.own, seen.numbers[ROW], True, step * WEIGHTS[j], seen.slopes)
-        x, step = x + step, 2.0 * step
+    over_panel(seen.q, seen.numbers[ROW], (0.0, length), instant, piece, add_node, (piece, seen))
 
 
 @inner

@@ -9,8 +9,8 @@ from nsmaps.exact.engine.flight.flow import angle, evaluate, on_top, phase_rate,
 from nsmaps.exact.engine.jit import entry, inlined, inner
 from nsmaps.exact.engine.returns import IMPACT, PHASE, SPEED, Impact, follow, phase_and_turns
 from nsmaps.exact.observables.flights import AT_PLACE, AT_VELOCITY, PLACE, V_AFTER, Flown, V, instant, row_of
-from nsmaps.exact.observables.memory import BY_INPUT, NODES, VALUE, WEIGHTS
-from nsmaps.exact.observables.sums import evaluate_formulas, length_of_rule, panels
+from nsmaps.exact.observables.memory import BY_INPUT, VALUE
+from nsmaps.exact.observables.sums import evaluate_formulas, over_panel, panels
 
 BY_SPEED, BY_PHASE, BY_PARAMETERS = range(3)
 OF_IMPACTS, OF_FLIGHTS = 3, 2  # inputs of formulas
@@ -91,8 +91,9 @@ def add_impact(sums, leg, impact, slope, speed_after):
 
 
 @inner
-def add_instant(p, sums, leg, x, weight):
+def add_instant(x, weight, context):
     """Add the derivatives at a time x of a flight, with `g.back` those of its velocity at the start."""
+    p, sums, leg = context
     moved, q, g, slopes = sums
     at = angle(leg.phase)
     place_p, velocity_p = parameter_tangent_at(p, moved, at, leg.place, leg.place_p, leg.velocity, x)
@@ -150,12 +151,7 @@ def add_event(p, impact, event, sums, smooth):
         count, h = panels(q, event.time)
         flown = Flown(p, z, impact.phase, event.time, True)
         for i in range(count):
-            x, step = 0.0, h
-            while x < h:
-                step = length_of_rule(q, leg.row, h * i + x, min(step, h - x), h, instant, flown)
-                for k in range(len(NODES)):
-                    add_instant(p, sums, leg, h * i + x + step * NODES[k], step * WEIGHTS[k])
-                x, step = x + step, 2.0 * step
+            over_panel(q, leg.row, (h * i, h), instant, flown, add_instant, (p, sums, leg))
     carry_to_impact(p, sums, leg, event.up, event.time)
     return True
 

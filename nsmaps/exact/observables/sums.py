@@ -129,6 +129,28 @@ def length_of_rule(q, row, low, step, panel, instant, flight):
 
 
 @inner
+def over_panel(q, row, span, instant, flight, visit, context):
+    """Call `visit(s, weight, context)` at the nodes of a panel of a flight, whose begin and length are in `span`.
+
+    These are those of one rule, or of several where one does not give what two give (`length_of_rule`).
+    """
+    begin, length = span
+    x, step = 0.0, length
+    while x < length:
+        step = length_of_rule(q, row, begin + x, min(step, length - x), length, instant, flight)
+        for j in range(len(NODES)):
+            visit(begin + x + step * NODES[j], step * WEIGHTS[j], context)
+        x, step = x + step, 2.0 * step
+
+
+@inner
+def join_node(s, weight, context):
+    """Join the values at a time of a flight."""
+    q, row, instant, flight = context
+    join_sample(q, row, instant(q, s, flight), s, weight)
+
+
+@inner
 def join_panels(q, row, time, instant, flight):
     """Join the values of a flight, or a part of one, of this time.
 
@@ -138,13 +160,7 @@ def join_panels(q, row, time, instant, flight):
     q.peak[:], q.size[:] = -math.inf, 0.0
     join_sample(q, row, instant(q, 0.0, flight), 0.0, 0.0)
     for i in range(count):
-        x, step = 0.0, h
-        while x < h:
-            step = length_of_rule(q, row, h * i + x, min(step, h - x), h, instant, flight)
-            for j in range(len(NODES)):
-                s = h * i + x + step * NODES[j]
-                join_sample(q, row, instant(q, s, flight), s, step * WEIGHTS[j])
-            x, step = x + step, 2.0 * step
+        over_panel(q, row, (h * i, h), instant, flight, join_node, (q, row, instant, flight))
     join_sample(q, row, instant(q, time, flight), time, 0.0)
     for c in range(q.over.shape[1]):
         if q.over[row, c] and q.largest[first + c]:
