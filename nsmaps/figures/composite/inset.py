@@ -37,16 +37,10 @@ def inset(
     frame in the picture marks what is enlarged. The limits of the picture are final, but that room for it can be made `above`
     what is drawn. One that must be `free` hides nothing, or there is none.
     """
-    low, high = np.transpose([ax.get_xlim(), ax.get_ylim()])
-    share = np.ptp(points, axis=0) / (high - low)
-    inside = ((points >= low) & (points <= high)).all()
-    if not inside or share.max() > _SMALL or share.max() < _POINT:
+    extent = _extent(ax, points, above)
+    if extent is None:
         return None
-    if above:
-        high[1] += (high[1] - low[1]) * (_SIDES[0] + _GAP) / (1 - _SIDES[0] - _GAP)
-        ax.set_ylim(top=high[1])
-    middle, half = (points.max(axis=0) + points.min(axis=0)) / 2, np.ptp(points, axis=0) / 2
-    half = (1 + 2 * _AROUND) * np.maximum(half, 0.2 * (half / (high - low)).max() * (high - low))
+    (middle, half), (low, high) = extent, np.transpose([ax.get_xlim(), ax.get_ylim()])
     low_end, high_end = middle - half, middle + half
     scale = _SIDES[-1] * _LEAST * np.array(ax.bbox.size) / ax.figure.dpi / (high_end - low_end)
     x, y = (_numbers(*ends) for ends in zip(low_end, high_end, strict=True))
@@ -72,6 +66,20 @@ def inset(
     ax.add_artist(Rectangle((corner - room).tolist(), *(room + side + _GAP / 2), **paper))
     ax.add_patch(Rectangle(low_end.tolist(), *(2 * half), fill=False, label="_", ec="0.2", lw=0.5, zorder=8))
     return inner
+
+
+def _extent(ax: Axes, points: Floats, above: bool) -> tuple[Floats, Floats] | None:
+    """The middle of what is enlarged, and half its sides; None where the points are not small. Room may be made `above`."""
+    low, high = np.transpose([ax.get_xlim(), ax.get_ylim()])
+    share = np.ptp(points, axis=0) / (high - low)
+    inside = ((points >= low) & (points <= high)).all()
+    if not inside or share.max() > _SMALL or share.max() < _POINT:
+        return None
+    if above:
+        high[1] += (high[1] - low[1]) * (_SIDES[0] + _GAP) / (1 - _SIDES[0] - _GAP)
+        ax.set_ylim(top=high[1])
+    middle, half = (points.max(axis=0) + points.min(axis=0)) / 2, np.ptp(points, axis=0) / 2
+    return middle, (1 + 2 * _AROUND) * np.maximum(half, 0.2 * (half / (high - low)).max() * (high - low))
 
 
 def _remove_names(ax: Axes, corner: Floats, side: float) -> None:
