@@ -11,16 +11,8 @@ project = "nsmaps"
 author = "The nsmaps developers"
 version = release = version_of("nsmaps")
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode", "sphinx_copybutton", "sphinx_design"]
-INCLUDED = (
-    "arrays",
-    "commands",
-    "errors",
-    "figures",
-    "keys",
-    "literature",
-    "names",
-    "rooms",
-)  #: generated pages that others include
+#: generated pages that others include
+INCLUDED = ("arrays", "commands", "errors", "figures", "keys", "literature", "rooms")
 exclude_patterns = ["_build", *(f"_generated/{name}.md" for name in INCLUDED)]
 nb_execution_mode = "auto"  # notebooks are kept without outputs, and executed here
 nb_execution_timeout = 300

@@ -1,4 +1,4 @@
-"""The pages that are made from the package when the site is built: names, keys, commands, errors, figures, arrays and more."""
+"""The pages that are made from the package when the site is built: keys, commands, errors, figures, arrays and more."""
 
 import re
 from ast import get_docstring, parse
@@ -39,7 +39,7 @@ EXPLAINED = {
 
 def pages() -> dict[str, str]:
     """The text of every page by its name below `_generated`."""
-    makers = (api, arrays, commands, errors, figures, keys, literature, names, rooms, thumbnails)
+    makers = (api, arrays, commands, errors, figures, keys, literature, rooms, thumbnails)
     return {f"{maker.__name__}.md": "\n".join(maker()) for maker in makers}
 
 
@@ -53,18 +53,6 @@ def api() -> Iterator[str]:
         for name in (name for name in package.__all__ if name != "__version__"):
             kind = "autoclass" if isinstance(getattr(package, name), type) else "autofunction"
             yield from ("```{eval-rst}", f".. {kind}:: {package.__name__}.{name}", "```", "")
-
-
-def names() -> Iterator[str]:
-    """The public names, room by room, with the first sentences of their docstrings."""
-    import nsmaps
-
-    for package in (nsmaps, *(getattr(nsmaps, name) for name in dir(nsmaps) if name not in (*nsmaps.__all__, "figures"))):
-        yield from (f"| `{package.__name__}` | |", "|---|---|")
-        for name in (name for name in package.__all__ if name != "__version__"):
-            said = " ".join((getattr(package, name).__doc__ or "").partition("\n\n")[0].split()).replace("|", "\\|")
-            yield f"| `{name}` | {said} |"
-        yield ""
 
 
 def keys() -> Iterator[str]:

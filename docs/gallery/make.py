@@ -156,7 +156,7 @@ def page() -> Iterator[str]:
     for label, group in groupby(entries["figures"], key=lambda entry: entry["label"]):
         yield f"## `{label}`\n"
         for entry in group:
-            links = ", ".join(f"[{kind.upper()}]({entry['file']}.{kind})" for kind in FORMATS)
+            links = ", ".join(f"[{kind.upper()}]({entry['file']}.{kind})" for kind in FORMATS[1:])
             yield f"{entry['says']}\n"
             alt = f"The same of {entry['study']}." if entry["figure"] in shown else CATALOGUE[entry["figure"]].alt
             shown.add(entry["figure"])
