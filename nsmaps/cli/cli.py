@@ -9,7 +9,6 @@ Nothing heavy is imported before a command needs it.
 """
 
 import os
-import shlex
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
@@ -19,7 +18,7 @@ import typer
 
 from nsmaps.cli import commands, exploring, proving
 from nsmaps.cli.drawing import Drawn, draw_listed, say_undrawn
-from nsmaps.cli.options import InstalledOnly, MaxHours, MaxMemory, Settings
+from nsmaps.cli.options import InstalledOnly, MaxHours, MaxMemory, Settings, command_again
 from nsmaps.cli.terminal import BAD, FAILED, Program, examples, progress_line, say, show_markdown, summary, written
 from nsmaps.cli.terminal import reported_errors as _reported_errors
 from nsmaps.progress import working
@@ -165,6 +164,7 @@ def check(
     )
 )
 def run(
+    context: typer.Context,
     study: StudyName,
     set_: Settings = None,
     out: Annotated[
@@ -194,9 +194,7 @@ def run(
 
         read = load_study(study, assignments(set_ or []), installed_only=installed_only)
         folder = out or Path("runs", read.name)
-        given = [word for setting in set_ or [] for word in ("--set", setting)]
-        given += ["--workers", str(workers)] if workers > 1 else []
-        again = shlex.join(["nsmaps", "run", study, *given, "--out", str(folder), "--resume"])
+        again = command_again(context, out=folder, resume=True)
         with processes(workers) as executor, resumable(again, folder):
             result = run_study(read, folder, resume=resume, max_memory=max_memory, max_hours=max_hours, executor=executor)
         with resumable(again, folder, result.timings):

@@ -1,5 +1,6 @@
 """Arguments and options that several commands have."""
 
+import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -47,3 +48,16 @@ def of_run(folder: Path) -> Iterator[None]:
         except Exception as error:
             why = " ".join(f"{type(error).__name__}: {error}".split())
             raise NsmapsError(f"{folder} is not as `nsmaps run` writes it ({why}); expected: a run of this version") from error
+
+
+def command_again(context: typer.Context, **instead: object) -> str:
+    """The command line of a command with the options that it was given, some of them replaced or added."""
+    words = ["nsmaps", str(context.info_name)]
+    for each in context.command.params:
+        source = context.get_parameter_source(str(each.name))
+        given = context.params.get(str(each.name)) if source is not None and source.name == "COMMANDLINE" else None
+        value = instead.get(str(each.name), given)
+        option = [each.opts[0]] if each.opts[0].startswith("-") else []
+        for one in value if isinstance(value, list | tuple) else [value] if value not in (None, False) else []:
+            words += option if one is True else [*option, str(one)]
+    return shlex.join(words)

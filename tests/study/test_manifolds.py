@@ -32,6 +32,21 @@ def test_it_is_what_the_function_grows(result):
         assert kept.ended == direct.ended
 
 
+def test_lengths_are_in_units_of_the_scale_that_is_given(result, tmp_path):
+    text = (
+        (STORED / "study.yaml")
+        .read_text()
+        .replace("gap: 0.1", "gap: 0.1\n  scale: {v: 2, phi: 0.5}")
+        .replace("length: 2.0", "length: 0.2")
+    )
+    (tmp_path / "own.yaml").write_text(text)
+    study = nsmaps.load_study(tmp_path / "own.yaml")
+    found = nsmaps.run_study(study.without("grid", "families", "figures")).manifolds["saddle"][0]
+    saddle = nsmaps.periodic_orbit(result.system, [0.34, 2.87], scale=[2, 0.5])
+    np.testing.assert_allclose(found.states, nsmaps.manifold(result.system, saddle, length=0.2, gap=0.1).states, rtol=1e-9)
+    assert found.scale.tolist() == [2, 0.5]
+
+
 def test_numbers_verdicts_tables_and_caption_say_what_was_found(result):
     numbers = result.study.manifolds.numbers(result)["manifolds"]
     assert [row["which"] for row in numbers["saddle"]] == ["unstable", "stable"]
@@ -92,6 +107,8 @@ def test_the_stable_manifold_is_the_boundary_of_the_basins():
     [
         ("gap: 0.1", "gap: 0", "greater than 0"),
         ("name: sink", "name: saddle", "saddle"),
+        ("gap: 0.1", "gap: 0.1\n  scale: {v: 1}", "the coordinate 'phi' is missing"),
+        ("gap: 0.1", "gap: 0.1\n  scale: {v: 0, phi: 1}", "greater than 0"),
         ("v: 0.83, ", "", "the coordinate 'v' is missing"),
     ],
 )
@@ -114,6 +131,8 @@ def test_the_reasons_of_both_manifolds_are_kept(result, monkeypatch):
 
     monkeypatch.setattr("nsmaps.dynamics.manifolds.manifold.manifold", refused)
     own = result.study.manifolds
-    plan = SimpleNamespace(system=result.system, bound={"manifolds": [np.array([0.34, 2.87]), np.array([0.83, 0.36])]})
+    plan = SimpleNamespace(
+        system=result.system, bound={"manifolds": [(np.array(start), None) for start in ([0.34, 2.87], [0.83, 0.36])]}
+    )
     reasons = own.compute(plan, result)["no_manifold"]
     assert reasons == {"saddle": "no unstable one; no stable one", "sink": "no unstable one"}

@@ -38,7 +38,7 @@ CALLS = {
     "lyapunov": Call(nsmaps.lyapunov, "", "values", "parameter starts"),
     "basins": Call(nsmaps.basins, "boundary map", "attractors", "starts"),
     "global_continuation": Call(nsmaps.global_continuation, "", "values scale"),
-    "manifolds": Call(nsmaps.manifold, "name start period", "orbit inverse", "which"),
+    "manifolds": Call(nsmaps.manifold, "name start period scale", "orbit inverse", "which"),
     "observe": Call(nsmaps.observe, "", "orbits transient n_batches chatter rates"),
     "optimize": Call(nsmaps.optimize, "noisy", "guess"),
     "estimate": Call(nsmaps.estimate, "", "profile"),

@@ -94,10 +94,14 @@ def read_study(path: Path, name: str, installed_only: bool = False) -> Study:
 
 def _grammar(data: dict[str, Any], path: Path, source: Source, installed_only: bool) -> type[Study]:
     """The grammar of a study with the analyses of other packages and files that it names, which are imported or executed."""
-    others = {}
+    others, installed = {}, class_names(ANALYSIS)
     for key, section in data.items():
         name = section.get("analysis") if isinstance(section, dict) else None
-        if key in Study.model_fields or not (isinstance(name, str) or key in class_names(ANALYSIS)):
+        if key in Study.model_fields:
+            continue
+        if not isinstance(name, str) and key not in installed:
+            if isinstance(section, dict) and not near_match(key, Study.model_fields):
+                raise source.error((key,), _not_installed(key, installed), key=True)
             continue
         if isinstance(name, str):
             name = section["analysis"] = _found_from(path, name)
@@ -109,6 +113,12 @@ def _grammar(data: dict[str, Any], path: Path, source: Source, installed_only: b
         with source.located((key, "analysis") if isinstance(name, str) else (key,)):
             others[key] = analysis_of(key, name if isinstance(name, str) else key)
     return study_with(others)
+
+
+def _not_installed(key: str, installed: list[str]) -> str:
+    """The message for a section of a name that neither nsmaps nor an installed package has."""
+    expected = "a section that `nsmaps schema` lists, or the analysis of an installed package"
+    return f"unknown section {key!r}{near_match(key, installed)}; expected: {expected}: {', '.join(installed) or 'none'}"
 
 
 def _printed(path: Path, text: str, source: Source, loc: Loc) -> Any:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from functools import partial
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -40,6 +40,9 @@ class ManifoldSection(Section):
     name: Name = Field(description="name of the saddle")
     start: dict[str, Number] = Field(description="a state near the saddle")
     period: Period = 1
+    scale: dict[str, Annotated[Number, Field(gt=0)]] | None = Field(
+        None, description="unit of each coordinate; by default the extent of the motion of the saddle, a radian of an angle"
+    )
     which: Literal["both", "unstable", "stable"] = Field("both", description="which of its manifolds")
     length: Number = Field(10.0, gt=0, description="arclength of each side, in radians and extents of the motion of the saddle")
     gap: Number = Field(0.02, gt=0, description="largest distance of neighbours, in the same units")
@@ -90,9 +93,13 @@ class Manifolds(Entries[ManifoldSection]):
     def check(self, study: "Study") -> None:
         study.once("manifolds", [each.name for each in self])
 
-    def bind(self, binding: "Binding") -> tuple[Floats, ...]:
-        """The starts, each of shape (n,)."""
-        return tuple(binding.start(("manifolds", number, "start"), each.start) for number, each in enumerate(self))
+    def bind(self, binding: "Binding") -> tuple[tuple[Floats, Floats | None], ...]:
+        """The starts and scales, each of shape (n,)."""
+
+        def state(key: str, number: int, given: dict[str, float] | None) -> Any:
+            return None if given is None else binding.start(("manifolds", number, key), given)
+
+        return tuple((state("start", number, each.start), state("scale", number, each.scale)) for number, each in enumerate(self))
 
     def compute(self, plan: "Plan", result: "StudyResult") -> dict[str, Any]:
         """The manifolds of each saddle, or the reason why there are none."""
@@ -102,7 +109,8 @@ class Manifolds(Entries[ManifoldSection]):
         found: dict[str, tuple[Manifold, ...]] = {}
         reasons: dict[str, str] = {}
         for number, each in enumerate(self):
-            orbit, own = periodic_orbit(plan.system, plan.bound["manifolds"][number], each.period), []
+            start, scale = plan.bound["manifolds"][number]
+            orbit, own = periodic_orbit(plan.system, start, each.period, scale=scale), []
             why = list[str]()
             for which in ("unstable", "stable"):
                 if each.which in ("both", which):
