@@ -41,7 +41,7 @@ def test_lengths_are_in_units_of_the_scale_that_is_given(result, tmp_path):
     )
     (tmp_path / "own.yaml").write_text(text)
     study = nsmaps.load_study(tmp_path / "own.yaml")
-    found = nsmaps.run_study(study.without("grid", "families", "figures")).manifolds["saddle"][0]
+    found = nsmaps.run_study(study.without("basins", "figures")).manifolds["saddle"][0]
     saddle = nsmaps.periodic_orbit(result.system, [0.34, 2.87], scale=[2, 0.5])
     np.testing.assert_allclose(found.states, nsmaps.manifold(result.system, saddle, length=0.2, gap=0.1).states, rtol=1e-9)
     assert found.scale.tolist() == [2, 0.5]

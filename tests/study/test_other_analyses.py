@@ -88,8 +88,8 @@ WRONG = {
     INSTALLED.replace("below", "bellow"): "4:26: unknown key 'bellow', did you mean 'below'?; expected: coordinate, below",
     INSTALLED.replace("grid", "# grid"): "4:10: 'fastest' needs the section 'grid', which is missing",
     HEAD + "fastes: {coordinate: v}\n": (
-        "4:1: unknown section 'fastes', did you mean 'fastest'?; expected: a section that `nsmaps schema` lists, or the analysis of "
-        "an installed package: fastest"
+        "4:1: unknown section 'fastes', did you mean 'fastest'?; expected: a section that `nsmaps schema` lists, or the analysis "
+        "of an installed package: fastest"
     ),
     HEAD + "sprung: {}\norbits: 1\n": "4:1: unknown section 'sprung'; expected: a section that",
     OF_A_FILE.replace("mine.py:Fastest", "mine.py:Largest"): "4:18: ",
