@@ -31,12 +31,11 @@ OTHERS = {
     **dict.fromkeys(("callback", "report"), "progress"),
 }
 #: names of whole numbers that are no counts
-NUMBERS = {"transient", "period", "depth", "order", "record", "component", "attractor", "first", "stop", "refine", "rng"}
+NUMBERS = {"transient", "period", "depth", "degree", "record", "component", "attractor", "first", "stop", "refine", "rng"}
 #: keys of studies that are whole numbers: of an axis, of what is kept of an orbit, of an update, of a grid of cells
 KEYS = NUMBERS | {"points", "track", "update", "side", "min_returns"}
 #: names of two kinds in different functions, and why
 KINDS = {
-    "order": "of a polynomial; of the two curves of a second iterate, as exported documents name it",
     "n_returns": "a count; of a segment of a record the mean",
     "transient": "a number of returns; of a record a time",
 }

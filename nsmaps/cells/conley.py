@@ -37,7 +37,7 @@ def conley_indices(system: Boxed, box: BoxLike, *, depth: int = 5, of: str = "")
     except ImportError as error:
         raise NsmapsError("Conley indices are computed by CMGDB, which is not installed; expected: the extra 'morse'") from error
     cells = Cells.over(system.coordinates, box, 1)
-    low, high = cells.window.T
+    low, high = cells.box.T
     enclosing = box_map(system)
 
     def images(rects: ArrayLike) -> Floats:
@@ -60,11 +60,11 @@ def conley_indices(system: Boxed, box: BoxLike, *, depth: int = 5, of: str = "")
 
 def _in_window(cells: Cells, hulls: Floats) -> Floats:
     """Image boxes with angles on the window's turn; the window with a margin where nothing is known, a box beyond it of none."""
-    low, high = cells.window.T
+    low, high = cells.box.T
     size = (high - low)[:, None]
     unknown, none = ~np.isfinite(hulls).all(axis=(1, 2)), np.isnan(hulls).any(axis=(1, 2))
     hulls = hulls.copy()
-    hulls[unknown] = cells.window + size * [-0.5, 0.5]
-    hulls[none] = cells.window + 2 * size
+    hulls[unknown] = cells.box + size * [-0.5, 0.5]
+    hulls[none] = cells.box + 2 * size
     turns = np.floor((hulls[:, :, 0] - low) / TWO_PI) * cells.coordinates.angles
     return hulls - TWO_PI * turns[:, :, None]

@@ -42,24 +42,24 @@ class Cells(WithCoordinates, Result):
     """A box of states divided into equal cells, numbered as C arrays are; an angle of a whole turn closes to a circle."""
 
     coordinates: Coordinates
-    window: Floats = field(metadata=array("coordinate end", "box of all cells"))
+    box: Floats = field(metadata=array("coordinate end", "box of all cells"))
     shape: tuple[int, ...]  #: cells an axis
 
     def summary(self) -> str:
         """The numbers that matter."""
         box = ", ".join(
-            f"{name} in [{low:.6g}, {high:.6g}]" for name, (low, high) in zip(self.coordinates, self.window, strict=True)
+            f"{name} in [{low:.6g}, {high:.6g}]" for name, (low, high) in zip(self.coordinates, self.box, strict=True)
         )
         return f"{' x '.join(map(str, self.shape))} cells, {box}"
 
     @classmethod
-    def over(cls, coordinates: Sequence[str], window: BoxLike, cells: int | Sequence[int]) -> Self:
-        """A window, as `as_box` takes it, in so many cells an axis. NsmapsError if either is not valid."""
-        own, box, n = Coordinates(coordinates), as_box(window, coordinates, whole_turn=True), len(coordinates)
+    def over(cls, coordinates: Sequence[str], box: BoxLike, cells: int | Sequence[int]) -> Self:
+        """A box, as `as_box` takes it, in so many cells an axis. NsmapsError if either is not valid."""
+        own, ends, n = Coordinates(coordinates), as_box(box, coordinates, whole_turn=True), len(coordinates)
         shape = (cells,) * n if isinstance(cells, int) else tuple(cells)
         if len(shape) != n or min(shape) < 1:
             raise NsmapsError(f"n_cells is {cells!r}; expected: a number from 1 on, or one for each of {', '.join(coordinates)}")
-        return cls(own, box, shape)
+        return cls(own, ends, shape)
 
     @property
     def size(self) -> int:
@@ -69,11 +69,11 @@ class Cells(WithCoordinates, Result):
     @property
     def circles(self) -> Bools:
         """Which axes are whole turns of an angle, shape (n,)."""
-        return self.coordinates.angles & (np.ptp(self.window, axis=1) >= TWO_PI)
+        return self.coordinates.angles & (np.ptp(self.box, axis=1) >= TWO_PI)
 
     def edges(self, axis: int) -> Floats:
         """Where the cells of an axis begin, and the end of the last one."""
-        low, high = self.window[axis]
+        low, high = self.box[axis]
         return np.linspace(low, high, self.shape[axis] + 1)
 
     def boxes(self, numbers: Ints) -> Floats:
@@ -88,7 +88,7 @@ class Cells(WithCoordinates, Result):
 
     def halved(self) -> "Cells":
         """The same window with every cell halved along each axis."""
-        return Cells(self.coordinates, self.window, tuple(2 * m for m in self.shape))
+        return Cells(self.coordinates, self.box, tuple(2 * m for m in self.shape))
 
     def parts(self, numbers: Ints) -> Ints:
         """The numbers, ascending, of the cells of `halved()` that some cells consist of."""
@@ -102,7 +102,7 @@ class Cells(WithCoordinates, Result):
     def numbers_of(self, states: ArrayLike) -> Ints:
         """The number of the cell of each state (N, n), shape (N,); -1 outside of the window."""
         x = as_states(states, self.coordinates)
-        low, high = self.window.T
+        low, high = self.box.T
         x = np.where(self.coordinates.angles, low + wrap(x - low), x)
         inside = ((low <= x) & (x <= high)).all(axis=1)
         places = [self._place(k, x[inside, k]) for k in range(len(self.shape))]
@@ -144,7 +144,7 @@ class Cells(WithCoordinates, Result):
 
     def _along(self, axis: int, row: Ints, ends: Floats, boxes: Floats) -> tuple[Ints, Floats, Bools]:
         """Image boxes as they meet the window along one axis, an angle on every turn; and which of all lie within it."""
-        a, b = self.window[axis]
+        a, b = self.box[axis]
         low, high = ends[:, axis].T
         if not self.coordinates.angles[axis]:
             contained = (a <= boxes[:, axis, 0]) & (boxes[:, axis, 1] <= b)
@@ -207,7 +207,7 @@ def targets_of(return_map: BoxMap, cells: Cells, numbers: Ints) -> Iterator[Targ
     done, size = 0, 1
     while done < len(numbers):
         begun, batch = perf_counter(), numbers[done : done + size]
-        yield cells.targets(images_of(return_map, cells.boxes(batch), np.ptp(cells.window, axis=1)))
+        yield cells.targets(images_of(return_map, cells.boxes(batch), np.ptp(cells.box, axis=1)))
         done, size = done + size, min(GROWTH * size, BATCH) if perf_counter() - begun < 1 / GROWTH else size
 
 

@@ -152,7 +152,7 @@ def _cycles(return_map: ReturnMap, cells: Cells, guesses: Sequence[Floats], peri
         before, starts = len(found), starts + sum(len(guess) for guess in guesses)
         for guess in guesses:
             _add(return_map, cells, guess, found)
-        points, sides = [cycle.states for cycle in found], np.ptp(cells.window, axis=1)
+        points, sides = [cycle.states for cycle in found], np.ptp(cells.box, axis=1)
         guesses = spliced(return_map, np.concatenate(points), sides, period) if len(found) > before else []
     return tuple(sorted(found, key=lambda cycle: (len(cycle.states), *cycle.states[0]))), starts
 
@@ -160,7 +160,7 @@ def _cycles(return_map: ReturnMap, cells: Cells, guesses: Sequence[Floats], peri
 def _add(return_map: ReturnMap, cells: Cells, guess: Floats, found: list[PeriodicOrbit]) -> None:
     """Add to the cycles found those to which Newton's method comes from guesses of shape (W, p, n), each once."""
     points = np.concatenate([np.empty((0, len(cells.shape))), *(cycle.states for cycle in found)])
-    scale = np.where(cells.coordinates.angles, 1.0, np.ptp(cells.window, axis=1))
+    scale = np.where(cells.coordinates.angles, 1.0, np.ptp(cells.box, axis=1))
     solutions = _newton(return_map, guess, scale)
     _, firsts = np.unique(np.rint(solutions / scale / SAME), axis=0, return_index=True)
     for states in solutions[firsts]:

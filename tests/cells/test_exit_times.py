@@ -72,9 +72,9 @@ def test_what_has_arrived_at_the_start_is_told_as_no_returns(found):
     row = next(row for row in found.rows if row.region == "inner")
     assert replace(row, left_steps=None, arrives_steps=0).texts()[3::3] == ("-", "0")
     cells = Cells.over(("x", "y"), [[0.5, 1.5], [0, 0.5]], 16)
-    held = forward_invariant_box(Henon(0.2), cells.window, n_cells=16)
+    held = forward_invariant_box(Henon(0.2), cells.box, n_cells=16)
     made = exit_times(
-        Henon(0.2), {"all": Box.of(("x", "y"), [(0.5, 1.5), (0, 0.5)])}, cells.window, depth=0, n_cells=16, target=held
+        Henon(0.2), {"all": Box.of(("x", "y"), [(0.5, 1.5), (0, 0.5)])}, cells.box, depth=0, n_cells=16, target=held
     )
     assert made.rows[0].arrives_steps == 0
     assert made.table().splitlines()[1].split()[-3] == "0"

@@ -28,7 +28,7 @@ def met(cells, box):
         meets = True
         for k, name in enumerate(cells.coordinates):
             turns = TURN * np.arange(-9, 10) if isinstance(name, Angle) else [0.0]
-            at_end = cell[k, 1] == cells.window[k, 1]
+            at_end = cell[k, 1] == cells.box[k, 1]
             meets &= any(
                 box[k, 1] + t >= cell[k, 0] and (box[k, 0] + t <= cell[k, 1] if at_end else box[k, 0] + t < cell[k, 1])
                 for t in turns

@@ -62,7 +62,7 @@ def test_what_stays_is_apart_from_what_is_left(result, ax):
     assert names
     for k, region in enumerate(made.regions):
         if piece_label(region) in names:  # there is room
-            low, high = made.cells.window.T
+            low, high = made.cells.box.T
             place = np.floor((np.array(names[piece_label(region)]) - low) / (high - low) * made.cells.shape).astype(int)
             assert made.region.reshape(made.cells.shape)[tuple(place)] == k
 

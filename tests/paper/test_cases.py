@@ -333,7 +333,7 @@ def test_what_is_shown_of_the_full_auxiliary_map_holds_for_the_composite_map(cas
     stay = {region for region, row in rows.items() if row.stays} - {"R1+", "all"}
     assert stay == {"fp": {"R5"}, "pd": set(), "cd": set()}[name]
     assert max(row.left_steps for region, row in rows.items() if region not in {*stay, "R1+", "all"}) == 5
-    states = np.random.default_rng(0).uniform(*times.cells.window.T, (100_000, 2))
+    states = np.random.default_rng(0).uniform(*times.cells.box.T, (100_000, 2))
     cell = times.cells.numbers_of(states)
     region, left, arrived = times.region[cell], times.left[cell], times.arrived[cell]
     assert (arrived >= 0).mean() > 0.9

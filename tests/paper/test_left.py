@@ -74,7 +74,7 @@ def test_the_table_is_printed_and_sums_up(ran):
 def test_shares_are_those_of_the_cells_and_states_do_as_is_shown(ran, pair):
     """5000 random states, followed by the exact map: each has left its region within the steps of its cell."""
     made, return_map = read_result(ran[0]).exit_times, pair(0.35)
-    x = np.random.default_rng(3).uniform(*made.cells.window.T, (5000, 2))
+    x = np.random.default_rng(3).uniform(*made.cells.box.T, (5000, 2))
     number = made.cells.numbers_of(x)
     region, left = made.region[number], made.left[number]
     gone = np.zeros(len(x), bool)

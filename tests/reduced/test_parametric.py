@@ -187,12 +187,12 @@ def test_images_have_orders_of_their_own():
 def test_what_is_refused():
     for orders, message in (
         ({"lo": 2}, "no piece 'lo', did you mean 'low'"),
-        ({"low": {"ph": 2}}, "the order of 'ph', did you mean 'phi'. in the piece 'low'; expected: v, phi"),
-        ({"low": {"phi": 5}}, "order 5 of 'a' from 5 values; expected: at least 6 values"),
+        ({"low": {"ph": 2}}, "the degree of 'ph', did you mean 'phi'. in the piece 'low'; expected: v, phi"),
+        ({"low": {"phi": 5}}, "degree 5 of 'a' from 5 values; expected: at least 6 values"),
     ):
         with pytest.raises(NsmapsError, match=message):
             quadratics(orders)
-    with pytest.raises(FitError, match="order 7 of 'd' from 7 values"):
+    with pytest.raises(FitError, match="degree 7 of 'd' from 7 values"):
         made(smooth, 7)
     one, _ = composite(smooth, 0.3)
     other = build_composite(NAMES, ("B",), {}, PIECES[:1])

@@ -25,8 +25,8 @@ composite:
 parametric_map:
   parameter: Gamma
   bounds: [1.35, 1.6]
-  order: 3
-  orders: {R1: {v: 2}}
+  degree: 3
+  degrees: {R1: {v: 2}}
   compare: {start: {v: 4.2, phi: 0.7}, points: 21, transient: 1000, n_returns: 60, tolerance: 0.05}
   require: [follows]
 bifurcation_diagram:
@@ -82,7 +82,7 @@ def test_period_doublings_of_both_maps_are_located(made):
 
 def test_a_map_of_too_low_an_order_does_not_follow():
     """Of order 0 it has one motion at every value, which the exact map has not."""
-    text = STUDY.replace("order: 3", "order: 0").replace("orders: {R1: {v: 2}}", "orders: {R1: 0}").split("bifurcation")[0]
+    text = STUDY.replace("degree: 3", "degree: 0").replace("degrees: {R1: {v: 2}}", "degrees: {R1: 0}").split("bifurcation")[0]
     result = run_study(write(text))
     (verdict,) = (v for v in result.verdicts if v.name == "parametric_map: follows")
     first, last = result.agreement.disagreements()
@@ -127,7 +127,7 @@ grid: {x: {from: -1.5, to: 1.5, points: 5}, y: {from: -0.5, to: 0.5, points: 5}}
 families: {H: [H]}
 composite: [{name: all, where: x**2 < 9, family: H, fit: {full: {x: 2, y: 1}}}]
 parametric_map:
-  {parameter: a, bounds: [0.2, 1.4], orders: {all: 1}, compare: {start: {x: 0, y: 0}, points: 9}, require: [follows]}
+  {parameter: a, bounds: [0.2, 1.4], degrees: {all: 1}, compare: {start: {x: 0, y: 0}, points: 9}, require: [follows]}
 """
 
 
@@ -156,7 +156,7 @@ composite:
   - {name: R2, where: v < 0.5, family: two, fit: {full: {v: 4, phi: 4}}, data: (v - 0.08)**2 + ((phi - 1.83)/3)**2 < 0.005}
   - {name: R1, where: v >= 0.5, family: BTB, fit: {full: {v: 4, phi: 4}}}
 parametric_map:
-  {parameter: d, bounds: [0.224, 0.2268], order: 1, compare: {start: {v: 0.07, phi: 1.83}, points: 3, n_returns: 50,
+  {parameter: d, bounds: [0.224, 0.2268], degree: 1, compare: {start: {v: 0.07, phi: 1.83}, points: 3, n_returns: 50,
    transient: 60}}
 """
 
@@ -186,9 +186,9 @@ def test_pieces_of_several_returns_are_compared_with_as_many_of_the_exact_map():
             "bifurcation_diagram:\n  {parameter: r",
             "the parametric map is one over 'Gamma', not over 'r'",
         ),
-        ("orders: {R1: {v: 2}}", "orders: {R2: 2}", "unknown piece 'R2'"),
-        ("orders: {R1: {v: 2}}", "orders: {R1: {w: 2}}", "unknown coordinate 'w'"),
-        ("orders: {R1: {v: 2}}", "n_nodes: 3", "3 nodes for order 3; expected: more nodes than the order"),
+        ("degrees: {R1: {v: 2}}", "degrees: {R2: 2}", "unknown piece 'R2'"),
+        ("degrees: {R1: {v: 2}}", "degrees: {R1: {w: 2}}", "unknown coordinate 'w'"),
+        ("degrees: {R1: {v: 2}}", "n_nodes: 3", "3 nodes for degree 3; expected: more nodes than the degree"),
         ("tolerance: 0.05", "except: [[1.5, 1.4]]", "[1.5, 1.4] is empty; expected: the lower end first"),
         ("(Gamma - 1.4)", "(gama - 1.4)", "unknown name 'gama', did you mean 'Gamma'"),
         ("name: R1", "name: parametric", "'parametric' is the name of a map; expected: another name for the piece"),

@@ -28,7 +28,7 @@ class Call(NamedTuple):
 CALLS = {
     "diagonal": Call(nsmaps.NearDiagonal, "family sweep shown orders deltas grid"),
     "partition": Call(nsmaps.Partition),
-    "parametric_map": Call(nsmaps.parametric_map, "n_nodes compare require", "composites", "order"),
+    "parametric_map": Call(nsmaps.parametric_map, "n_nodes compare require", "composites", "degree"),
     "orbits": Call(nsmaps.orbit, "start track", "starts how"),
     "bifurcation_diagram": Call(nsmaps.bifurcation_diagram, "map", "values borders"),
     "branches": Call(

@@ -41,7 +41,7 @@ class GlobalContinuation(WithCoordinates, Result):
     parameter: str
     values: Floats = field(metadata=array("value", "values of the parameter, ascending", name="parameter"))
     reasons: tuple[str, ...]  #: V texts, the reason why there is no map; "" where there is one
-    region: Floats = field(metadata=array("coordinate end", "lower and upper end of the box where the starts were drawn"))
+    box: Floats = field(metadata=array("coordinate end", "lower and upper end of the box where the starts were drawn"))
     scale: Floats = field(metadata=array("coordinate", "unit of kicks and distances"))
     samples: int  #: number of starts at each value
     kick: float  #: size of the kicks whose return is timed

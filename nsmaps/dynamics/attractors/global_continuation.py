@@ -81,15 +81,15 @@ def global_continuation(
     map_of, along = map_along(system, parameter), np.sort(np.atleast_1d(np.asarray(values, float)))
     _check(along, n_samples, step)
     coordinates, units = _coordinates(map_of, along)
-    region = as_box(box, coordinates, whole_turn=True)
-    unit = np.array(np.broadcast_to(np.ptp(region, axis=1) if scale is None else np.asarray(scale, float), len(region)))
+    ends = as_box(box, coordinates, whole_turn=True)
+    unit = np.array(np.broadcast_to(np.ptp(ends, axis=1) if scale is None else np.asarray(scale, float), len(ends)))
     if not (np.isfinite(unit) & (unit > 0)).all():
         raise NsmapsError(f"the scale is {unit.tolist()}; expected: a length above 0 for each of {', '.join(coordinates)}")
     seed = entropy_of(rng)
-    start = region[:, 0] + np.ptp(region, axis=1) * np.random.default_rng(seed).random((n_samples, len(region)))
+    start = ends[:, 0] + np.ptp(ends, axis=1) * np.random.default_rng(seed).random((n_samples, len(ends)))
     how = max_returns, tolerance, max_period
     work = _Work(map_of, along, start, how, Kicks(kick, n_kicks, n_directions, n_states, seed), unit)
-    about = coordinates, parameter, units, region, step, quantifiers_of(quantifiers, GlobalContinuation, parameter)
+    about = coordinates, parameter, units, ends, step, quantifiers_of(quantifiers, GlobalContinuation, parameter)
     try:
         work.find(parallel.share(0.0, FOUND, "attractors"))
         work.follow()
@@ -165,7 +165,7 @@ class _Work:
         coordinates: Coordinates,
         parameter: str,
         units: Mapping[str, str],
-        region: Floats,
+        box: Floats,
         step: float,
         quantifiers: Sequence[Quantifier],
     ) -> GlobalContinuation:
@@ -186,7 +186,7 @@ class _Work:
         maps = {v: self.map_of(float(self.values[v])) for v in rows if quantifiers}
         sets = ((place, each.states, maps[place[0]]) for place, each in zip(places, every, strict=True))
         reasons = tuple(str(self.found[v]["reason"]) if v in self.found else NOT_COMPUTED for v in range(shape[0]))
-        about = reasons, region, self.scale, len(self.start), self.kicks.size
+        about = reasons, box, self.scale, len(self.start), self.kicks.size
         tables: Any = {"index": index, "share": share, "unresolved": unresolved, "ended": ended, **measures}
         more = quantified(quantifiers, shape, sets)
         return GlobalContinuation(coordinates, parameter, self.values, *about, every, **tables, units=units, quantifiers=more)

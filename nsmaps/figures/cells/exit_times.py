@@ -50,13 +50,13 @@ def exit_times(times: ExitTimes, ax: Axes, arrives: bool = False) -> Axes:
     patches = [Patch(color=greens[1], label="not proved"), Patch(color=greens[0], label="target")]
     handles: list[Artist] = [*patches[: 1 + (arrives and bool((number == 0).any()))], *(ax.lines if len(points) else ())]
     ax.legend(handles=handles)
-    ax.set(xlim=times.cells.window[0], ylim=times.cells.window[1])
+    ax.set(xlim=times.cells.box[0], ylim=times.cells.box[1])
     return dress(ax, (times.cells.coordinates[0], "k"), (times.cells.coordinates[1], "k"))
 
 
 def _borders(ax: Axes, times: ExitTimes) -> None:
     """Lines between the regions, and their names where there is room."""
-    sizes = zip(times.cells.coordinates, times.cells.window, times.cells.shape, strict=True)
+    sizes = zip(times.cells.coordinates, times.cells.box, times.cells.shape, strict=True)
     halves = ((name, ends, m, np.ptp(ends) / (2 * m)) for name, ends, m in sizes)
     grid = Grid(axes={name: Axis(low=low + half, high=high - half, points=m) for name, (low, high), m, half in halves})
     x, y = (axis.values() for axis in grid.axes.values())

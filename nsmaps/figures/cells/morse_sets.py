@@ -47,7 +47,7 @@ def morse_sets(cover: MorseCover, ax: Axes, orbits: Sequence[Orbit] | None = Non
     ax.legend(handles=handles)
     places = np.transpose(np.unravel_index(cover.numbers, cover.cells.shape)) / cover.cells.shape
     ends = np.clip([places.min(axis=0, initial=1) - _AROUND, places.max(axis=0, initial=0) + _AROUND], 0, 1)
-    window = np.array(cover.cells.window)
+    window = np.array(cover.cells.box)
     shown = window[:, :1] + ends.T * np.ptp(window, axis=1, keepdims=True) if len(places) else window
     ax.set(xlim=shown[0], ylim=shown[1])
     return dress(ax, (cover.cells.coordinates[0], "k"), (cover.cells.coordinates[1], "k"))
@@ -60,7 +60,7 @@ def _label(number: int, minimal: bool) -> str:
 def show(ax: Axes, cells: Cells, number: NDArray[np.integer], colours: Sequence[tuple[float, ...]]) -> None:
     """All cells in the colour of their number, shape (size,); negative ones are left white."""
     shown = np.ma.masked_less(number.reshape(cells.shape).T, 0)
-    ends = (*cells.window[0], *cells.window[1])
+    ends = (*cells.box[0], *cells.box[1])
     top = len(colours) - 0.5
     shades = ListedColormap(colours)
     ax.imshow(shown, shades, extent=ends, origin="lower", aspect="auto", vmin=-0.5, vmax=top, interpolation="nearest")

@@ -17,7 +17,7 @@ from nsmaps.reduced.fit.lifts import unwrapped
 from nsmaps.reduced.fit.polymap import PolyMap
 from nsmaps.results import Result, array
 
-Order = int | Mapping[str, int]  #: degree in the parameter, of all images or by coordinate
+Degrees = int | Mapping[str, int]  #: degree in the parameter, of all images or by coordinate
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -84,10 +84,10 @@ def parametric_map(
     composites: Mapping[float, CompositeMap],
     parameter: str,
     bounds: tuple[float, float],
-    order: int,
-    orders: Mapping[str, Order] = MappingProxyType({}),
+    degree: int,
+    degrees: Mapping[str, Degrees] = MappingProxyType({}),
 ) -> ParametricMap:
-    """The parametric map of composite maps of the same pieces at K values of a parameter, by least squares of some order.
+    """The parametric map of composite maps of the same pieces at K values of a parameter, by least squares of some degree.
 
     Coefficients are first transformed, exactly, to one scaling for each piece, and angles to one turn.
 
@@ -95,11 +95,11 @@ def parametric_map(
         composites: by value of the parameter.
         parameter: its name.
         bounds: least and greatest value, between which the map is valid.
-        order: the degree of coefficients in the parameter.
-        orders: other degrees, by piece, of all its images or by coordinate, as the paper's 4 of f2 and 5 of g2.
+        degree: the degree of coefficients in the parameter.
+        degrees: other degrees, by piece, of all its images or by coordinate, as the paper's 4 of f2 and 5 of g2.
 
     Raises:
-        FitError: fewer values than the highest order needs, composites of different pieces, or orders of other names.
+        FitError: fewer values than the highest degree needs, composites of different pieces, or degrees of other names.
     """
     low, high = bounds
     if not composites:
@@ -107,10 +107,10 @@ def parametric_map(
     composites = dict(sorted(composites.items()))  # so that angles can be followed from value to value
     nodes = np.array(list(composites), float)
     first, *others = composites.values()
-    table = _orders(first, order, orders)
+    table = _degrees(first, degree, degrees)
     highest = max(max(row) for row in table)
     if len(np.unique(nodes)) <= highest:
-        raise FitError(f"order {highest} of {parameter!r} from {len(nodes)} values; expected: at least {highest + 1} values")
+        raise FitError(f"degree {highest} of {parameter!r} from {len(nodes)} values; expected: at least {highest + 1} values")
     if composed := next((p.name for c in composites.values() for p in c.pieces if p.map.variables is not None), None):
         raise FitError(f"the piece {composed!r} has other variables than the coordinates; expected: `full` or `separable` fits")
     if any([piece.name for piece in other.pieces] != [piece.name for piece in first.pieces] for other in others):
@@ -119,23 +119,23 @@ def parametric_map(
     pieces = []
     for k, piece in enumerate(composites[nodes[len(nodes) // 2]].pieces):
         maps = [composite.pieces[k].map for composite in composites.values()]
-        own = [powers[:, : order + 1] for order in table[k]]
+        own = [powers[:, : degree + 1] for degree in table[k]]
         pieces.append(replace(piece, map=_joined(maps, parameter, np.array([low, high]), own)))
     condition = float(np.linalg.cond(powers))
     return ParametricMap(parameter, low, high, first.coordinates, first.walls, tuple(pieces), nodes, condition)
 
 
-def _orders(composite: CompositeMap, order: int, orders: Mapping[str, Order]) -> list[list[int]]:
+def _degrees(composite: CompositeMap, degree: int, degrees: Mapping[str, Degrees]) -> list[list[int]]:
     """The degree in the parameter of every image of every piece."""
-    for name, of in orders.items():
+    for name, of in degrees.items():
         composite.piece(name)
         for coordinate in of if isinstance(of, Mapping) else ():
             if coordinate not in composite.coordinates:
                 near = near_match(coordinate, composite.coordinates)
                 expected = ", ".join(composite.coordinates)
-                raise FitError(f"the order of {coordinate!r}{near} in the piece {name!r}; expected: {expected}")
-    given = [orders.get(piece.name, order) for piece in composite.pieces]
-    return [[of.get(name, order) if isinstance(of, Mapping) else of for name in composite.coordinates] for of in given]
+                raise FitError(f"the degree of {coordinate!r}{near} in the piece {name!r}; expected: {expected}")
+    given = [degrees.get(piece.name, degree) for piece in composite.pieces]
+    return [[of.get(name, degree) if isinstance(of, Mapping) else of for name in composite.coordinates] for of in given]
 
 
 def report_on(parametric: ParametricMap, held: Sequence[tuple[float, CompositeMap, Mapping[str, Surface]]]) -> ParametricReport:
@@ -156,7 +156,7 @@ def _errors(ours: CompositeMap, refit: CompositeMap, name: str, data: Surface) -
 
 
 def _joined(maps: Sequence[PolyMap], parameter: str, ends: Floats, powers: Sequence[Floats]) -> PolyMap:
-    """One map of the coordinates and the parameter from the maps at its values; powers (K, order + 1) of each image."""
+    """One map of the coordinates and the parameter from the maps at its values; powers (K, degree + 1) of each image."""
     first, maps = maps[0], _on_one_turn(maps)
     domains = np.array([each.domain for each in maps])
     box = np.stack([domains[:, :, 0].min(axis=0), domains[:, :, 1].max(axis=0)], axis=1)

@@ -68,15 +68,15 @@ class ParametricSection(Analysis):
 
     parameter: ParameterName
     bounds: Ends = Field(description="where the map is to hold; outside it is an error")
-    order: Degree = Field(4, description="degree in the parameter")
-    orders: dict[str, Degree | dict[str, Degree]] = Field(
+    degree: Degree = Field(4, description="degree in the parameter")
+    degrees: dict[str, Degree | dict[str, Degree]] = Field(
         default_factory=dict, description="other degrees of some pieces, of all their images or of some"
     )
     n_nodes: int | None = Field(
         None,
         ge=1,
         le=100,
-        description="values at which the pieces are fitted, more than the highest order; by default twice that and one",
+        description="values at which the pieces are fitted, more than the highest degree; by default twice that and one",
     )
     compare: CompareSection = Field(
         default_factory=lambda: CompareSection.model_validate({}), description="the comparison with the exact map"
@@ -86,13 +86,13 @@ class ParametricSection(Analysis):
     @model_validator(mode="after")
     def _enough(self) -> Self:
         if self.n_nodes is not None and self.n_nodes <= self.highest:
-            raise ValueError(f"{self.n_nodes} nodes for order {self.highest}; expected: more nodes than the order")
+            raise ValueError(f"{self.n_nodes} nodes for degree {self.highest}; expected: more nodes than the degree")
         return self
 
     @property
     def highest(self) -> int:
-        """The highest order."""
-        return max([self.order, *(max([*of.values(), 0]) if isinstance(of, dict) else of for of in self.orders.values())])
+        """The highest degree."""
+        return max([self.degree, *(max([*of.values(), 0]) if isinstance(of, dict) else of for of in self.degrees.values())])
 
     @property
     def number_of_nodes(self) -> int:
@@ -106,16 +106,16 @@ class ParametricSection(Analysis):
             )
             raise study.source.error(("parametric_map", "require"), text)
         pieces = [piece.name for piece in study.composite]
-        for name in self.orders:
-            study.source.known(("parametric_map", "orders", name), name, pieces, "piece", key=True)
+        for name in self.degrees:
+            study.source.known(("parametric_map", "degrees", name), name, pieces, "piece", key=True)
 
     def bind(self, binding: "Binding") -> "Floats | None":
         """The start of the comparison, if it is given."""
         binding.study.source.known(("parametric_map", "parameter"), self.parameter, binding.system.parameters, "parameter")
         for number, value in enumerate(self.bounds):
             binding.check_value(("parametric_map", "bounds", number), self.parameter, value, "")
-        for name, of in self.orders.items():
-            binding.some_coordinates(("parametric_map", "orders", name), of if isinstance(of, dict) else {})
+        for name, of in self.degrees.items():
+            binding.some_coordinates(("parametric_map", "degrees", name), of if isinstance(of, dict) else {})
         start = self.compare.start
         return None if start is None else binding.start(("parametric_map", "compare", "start"), start)
 
@@ -124,13 +124,13 @@ class ParametricSection(Analysis):
         low, high = self.bounds
         nodes = chebyshev_nodes(self.bounds, self.number_of_nodes)
         at_nodes = {value: composite for value, composite, _ in refits(plan, self.parameter, nodes, 0.0, FITTED / 2)}
-        return_map = parametric_map(at_nodes, self.parameter, self.bounds, self.order, self.orders)
+        return_map = parametric_map(at_nodes, self.parameter, self.bounds, self.degree, self.degrees)
         held = refits(plan, self.parameter, np.array([low, *(nodes[1:] + nodes[:-1]) / 2, high]), FITTED / 2, FITTED)
         reported = replace(return_map, report=report_on(return_map, held) if held[0][2] else None)
         return {"parametric_map": reported, "agreement": _compared(self, plan, return_map)}
 
     def describe(self, study: "Study") -> str:
-        return f"order {self.highest} in {self.parameter} from {self.bounds[0]:g} to {self.bounds[1]:g}"
+        return f"degree {self.highest} in {self.parameter} from {self.bounds[0]:g} to {self.bounds[1]:g}"
 
     def size(self, study: "Study", system: "System") -> Size:
         pieces, compare = pieces_size(study), self.compare
