@@ -1,7 +1,7 @@
-"""Conditions of regions as source text of other languages, deciding as `Region.contains` does."""
+"""How languages write formulas, entries of arrays, and conditions of regions, which decide as `Region.contains` does."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from nsmaps.coordinates import is_angle
 from nsmaps.files.expressions import FUNCTIONS
@@ -12,14 +12,24 @@ from nsmaps.reduced.conditions.region import Box, Region, as_condition
 
 @dataclass(frozen=True, slots=True)
 class Dialect:
-    """How a language writes what a condition is made of."""
+    """How a language writes what a condition is made of, and entries of arrays."""
 
     both: str
     either: str
     negate: str
     power: str = "{} ** {}"
-    functions: Mapping[str, str] | None = None  #: by name, where they are called otherwise
-    operators: Mapping[str, str] | None = None  #: by python's, where they are written otherwise
+    functions: Mapping[str, str] = field(default_factory=dict)  #: by name, where they are called otherwise
+    operators: Mapping[str, str] = field(default_factory=dict)  #: by python's, where they are written otherwise
+    entry: str = "{}[{}]"  #: of an array
+    first: int = 0  #: number of the first entry
+
+    def entries(self, array: str, count: int) -> list[str]:
+        """The entries of an array."""
+        return [self.entry.format(array, number) for number in range(self.first, self.first + count)]
+
+    def call(self, name: str, *arguments: str) -> str:
+        """A call of a function."""
+        return f"{self.functions.get(name, name)}({', '.join(arguments)})"
 
     def condition(self, region: Region, names: Mapping[str, str]) -> str:
         """The condition of a region on variables of the given names, by coordinate; `near(x, middle)` is the nearest turn.
@@ -66,10 +76,10 @@ class _Text(Algebra[str, str]):
     def arithmetic(self, operator: str, left: str, right: str) -> str:
         if operator == "**":
             return f"({self.dialect.power.format(left, right)})"
-        return f"({left} {(self.dialect.operators or {}).get(operator, operator)} {right})"
+        return f"({left} {self.dialect.operators.get(operator, operator)} {right})"
 
     def function(self, name: str, *arguments: str) -> str:
-        return f"{(self.dialect.functions or {}).get(name, name)}({', '.join(arguments)})"
+        return self.dialect.call(name, *arguments)
 
     def relation(self, operator: str, left: str, right: str) -> str:
         return self.arithmetic(operator, left, right)
@@ -104,6 +114,7 @@ JULIA = Dialect(
     power="real_power({}, {})",
     # julia's own raise where there is no number
     functions={name: f"real_{name}" for name in ("sin", "cos", "tan", "asin", "acos", "sqrt", "log")},
+    first=1,
 )
 JAVASCRIPT = Dialect(
     "&&",
@@ -120,4 +131,6 @@ MATLAB = Dialect(
     power="real_power({}, {})",
     functions={name: f"real_{name}" for name in ("sqrt", "log", "asin", "acos", "min", "max")},
     operators={"*": ".*", "/": "./", "!=": "~="},
+    entry="{}(:, {})",
+    first=1,
 )

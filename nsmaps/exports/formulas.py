@@ -1,18 +1,55 @@
-"""Maps with variables as lines of a program: a name and a formula each, in the dialect of a language."""
+"""Parts of a program as text in the dialect of a language: states and images are arrays `state` and `image` there."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 
 from nsmaps.exports.conditions import Dialect, number
-from nsmaps.exports.program import Part
+from nsmaps.exports.program import Part, Program
 
 
-def lines_of(part: Part, dialect: Dialect, places: Mapping[str, str]) -> tuple[list[tuple[str, str]], list[str]]:
-    """The scaled variables s1, s2, ..., their Chebyshev polynomials, such as s2_3, and the images, absolute values not taken.
+def scaled_inputs(part: Part, dialect: Dialect, state: str = "state") -> list[str]:
+    """The scaled inputs of a part without variables."""
+    polymap = part.polymap
+    each = zip(dialect.entries(state, len(polymap.centre)), polymap.centre, polymap.scale, strict=True)
+    return [f"({x} - {number(centre)}) / {number(scale)}" for x, centre, scale in each]
 
-    Args:
-        places: how each coordinate is written in the language.
-    """
-    polymap, operators = part.polymap, dialect.operators or {}
+
+def images_of(part: Part, dialect: Dialect, values: Sequence[str]) -> list[str]:
+    """The images from the values of polynomials, whose absolute values are taken where the part says so."""
+    return [dialect.call("abs", value) if taken else value for value, taken in zip(values, part.absolute, strict=True)]
+
+
+def seen_by_regions(program: Program, dialect: Dialect, state: str = "state") -> list[tuple[str, str]]:
+    """The variables of conditions, each with its value: angles in [0, 2 pi)."""
+    inputs = program.inputs
+    each = zip(program.variables.values(), dialect.entries(state, len(inputs)), inputs.angles, strict=True)
+    return [(name, f"wrap({x})" if angle else x) for name, x, angle in each]
+
+
+def admissible(program: Program, dialect: Dialect, is_finite: str = "isfinite", state: str = "state") -> str:
+    """Whether all variables of conditions are finite, and within their limits."""
+    x = dialect.entries(state, len(program.inputs))
+    tests = [f"{is_finite}({name})" for name in program.variables.values()]
+    tests += [f"{number(low)} <= {x[i]} {dialect.both} {x[i]} <= {number(high)}" for i, low, high in program.limits]
+    return f" {dialect.both} ".join(tests)
+
+
+def starts_of(part: Part, dialect: Dialect) -> str:
+    """The inputs of a part, angles on the turn of its data."""
+    each = zip(dialect.entries("state", len(part.middles)), part.middles, strict=True)
+    return ", ".join(x if middle is None else f"near({x}, {number(middle)})" for x, middle in each)
+
+
+def wrapped_angles(program: Program, dialect: Dialect, state: str = "state") -> list[str]:
+    """Assignments by which the images of angles, which follow the turns of the state, come to [0, 2 pi)."""
+    arrays = (dialect.entries(array, len(program.outputs)) for array in ("image", state, "x"))
+    each = zip(*arrays, program.outputs.angles, strict=True)
+    return [f"{image} = wrap({image} + ({before} - {x}))" for image, before, x, angle in each if angle]
+
+
+def lines_of(part: Part, dialect: Dialect, state: str = "state") -> tuple[list[tuple[str, str]], list[str]]:
+    """The scaled variables s1, s2, ..., their Chebyshev polynomials, such as s2_3, and the values of the polynomials."""
+    polymap, operators = part.polymap, dialect.operators
+    places = dict(zip(polymap.coordinates, dialect.entries(state, len(polymap.coordinates)), strict=True))
     times, over = (f" {operators.get(sign, sign)} " for sign in "*/")
     exponents, found = polymap.exponents[: part.outputs], []
     for j, text in enumerate(polymap.variables or ()):

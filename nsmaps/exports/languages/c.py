@@ -4,8 +4,8 @@ import math
 from collections.abc import Sequence
 from string import Template
 
-from nsmaps.exports.conditions import C, number
-from nsmaps.exports.formulas import lines_of
+from nsmaps.exports.conditions import C
+from nsmaps.exports.formulas import admissible, images_of, lines_of, scaled_inputs, seen_by_regions, starts_of, wrapped_angles
 from nsmaps.exports.program import Exportable, Part, Program, program_of
 
 HEADER = Template("""/*
@@ -77,24 +77,19 @@ static double series(const double *coefficients, const int *size, const double *
     return work[0];
 }
 """)
-FORMULAS = Template("""void $name(const double state[$n], double image[$m])
+PART = Template("""void $name(const double state[$n], double image[$m])
 {
 $lines
 $images
 }
 """)
-PART = Template("""void $name(const double state[$n], double image[$m])
-{
-    static const int size[$n] = {$size};
+COEFFICIENTS = Template("""    static const int size[$n] = {$size};
     static const double coefficients[$m][$total] = {
 $rows
     };
     const double scaled[$n] = {
 $scaled
-    };
-$images
-}
-""")
+    };""")
 FUNCTIONS = {
     "sign": "(double x)\n{\n    return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : x;\n}\n",
     "min": "(double x, double y)\n{\n    return isnan(x) || x < y ? x : y;\n}\n",
@@ -176,35 +171,26 @@ def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]
 
 def _part(program: Program, part: Part) -> str:
     """The function of one polynomial map."""
-    if part.polymap.variables is not None:
-        return _formulas(program, part)
-    tensor, n = part.tensor, len(program.inputs)
-    rows = [", ".join(repr(float(c)) for c in row.ravel()) for row in tensor]
-    scales = zip(part.polymap.centre, part.polymap.scale, strict=True)
-    values = [f"series(coefficients[{i}], size, scaled)" for i in range(len(tensor))]
-    images = [f"    image[{i}] = {f'fabs({v})' if a else v};" for i, (v, a) in enumerate(zip(values, part.absolute, strict=True))]
+    if part.polymap.variables is None:
+        tensor = part.tensor
+        values = [f"series(coefficients[{i}], size, scaled)" for i in range(part.outputs)]
+        lines = COEFFICIENTS.substitute(
+            n=len(program.inputs),
+            m=part.outputs,
+            size=", ".join(map(str, tensor.shape[1:])),
+            total=math.prod(tensor.shape[1:]),
+            rows="\n".join(f"        {{{', '.join(map(repr, row.ravel().tolist()))}}}," for row in tensor),
+            scaled="\n".join(f"        {x}," for x in scaled_inputs(part, C)),
+        )
+    else:
+        formulas, values = lines_of(part, C)
+        lines = "\n".join(f"    const double {name} = {value};" for name, value in formulas)
     return PART.substitute(
         name=f"{program.name}_{part.name}",
-        n=n,
-        m=len(tensor),
-        size=", ".join(map(str, tensor.shape[1:])),
-        total=math.prod(tensor.shape[1:]),
-        rows="\n".join(f"        {{{row}}}," for row in rows),
-        scaled="\n".join(f"        (state[{j}] - {number(c)}) / {number(s)}," for j, (c, s) in enumerate(scales)),
-        images="\n".join(images),
-    )
-
-
-def _formulas(program: Program, part: Part) -> str:
-    """The function of one map with variables."""
-    lines, values = lines_of(part, C, {name: f"state[{j}]" for j, name in enumerate(program.inputs)})
-    images = [f"    image[{i}] = {f'fabs({v})' if a else v};" for i, (v, a) in enumerate(zip(values, part.absolute, strict=True))]
-    return FORMULAS.substitute(
-        name=f"{program.name}_{part.name}",
         n=len(program.inputs),
-        m=len(values),
-        lines="\n".join(f"    const double {name} = {value};" for name, value in lines),
-        images="\n".join(images),
+        m=part.outputs,
+        lines=lines,
+        images="\n".join(f"    image[{i}] = {image};" for i, image in enumerate(images_of(part, C, values))),
     )
 
 
@@ -221,33 +207,28 @@ def _chain(program: Program) -> str:
 
 def _pieces(program: Program) -> str:
     """The composite map: regions in order, and the piece of the first that holds."""
-    name, names, n, m = program.name, program.variables, len(program.inputs), len(program.outputs)
-    angles = program.inputs.angles.tolist()
-    seen = [f"wrap(state[{j}])" if angles[j] else f"state[{j}]" for j in range(n)]
-    finite = [f"isfinite({x})" for x in names.values()]
-    finite += [f"{number(low)} <= state[{i}] && state[{i}] <= {number(high)}" for i, low, high in program.limits]
+    n, m = len(program.inputs), len(program.outputs)
     tests = [
-        f"if ({C.condition(part.region, names)})\n            piece = {k}; /* {part.title} */"
+        f"if ({C.condition(part.region, program.variables)})\n            piece = {k}; /* {part.title} */"
         for k, part in enumerate(program.parts)
         if part.region is not None
     ]
     return PIECES.substitute(
-        angles=ANGLES if any(angles) else "",
-        name=name,
+        angles=ANGLES if program.inputs.angles.any() else "",
+        name=program.name,
         n=n,
         m=m,
-        seen="\n".join(f"    const double {x} = {value};" for x, value in zip(names.values(), seen, strict=True)),
-        finite=" && ".join(finite),
+        seen="\n".join(f"    const double {x} = {value};" for x, value in seen_by_regions(program, C)),
+        finite=admissible(program, C),
         tests="\n        else ".join(tests),
-        cases="\n".join(_case(program, part, k, angles) for k, part in enumerate(program.parts)),
+        cases="\n".join(_case(program, part, k) for k, part in enumerate(program.parts)),
         overflow=" || ".join(f"!isfinite(image[{i}])" for i in range(m)),
         none="\n".join(f"        image[{i}] = NAN;" for i in range(m)),
     )
 
 
-def _case(program: Program, part: Part, k: int, angles: list[bool]) -> str:
-    n, m = len(program.inputs), len(program.outputs)
-    start = [f"state[{j}]" if middle is None else f"near(state[{j}], {number(middle)})" for j, middle in enumerate(part.middles)]
-    turns = [f"        image[{i}] = wrap(image[{i}] + (state[{i}] - x[{i}]));" for i in range(m) if angles[i]]
-    call = [f"        const double x[{n}] = {{{', '.join(start)}}};", f"        {program.name}_{part.name}(x, image);"]
+def _case(program: Program, part: Part, k: int) -> str:
+    turns = [f"        {line};" for line in wrapped_angles(program, C)]
+    start = f"        const double x[{len(program.inputs)}] = {{{starts_of(part, C)}}};"
+    call = [start, f"        {program.name}_{part.name}(x, image);"]
     return "\n".join([f"    case {k}: {{", *call, *turns, "        break;", "    }"])

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from string import Template
 
-from nsmaps.exports.conditions import JAVASCRIPT, number
-from nsmaps.exports.formulas import lines_of
+from nsmaps.exports.conditions import JAVASCRIPT
+from nsmaps.exports.formulas import admissible, images_of, lines_of, scaled_inputs, seen_by_regions, starts_of, wrapped_angles
 from nsmaps.exports.program import Exportable, Part, Program, program_of
 
 SCRIPT = Template("""/*
@@ -42,7 +42,7 @@ $main
 })()
 if (typeof module !== "undefined") module.exports = $name
 """)
-FORMULAS = Template("""/* $title: the image of one state, wherever it is; angles are not wrapped. */
+PART = Template("""$coefficients/* $title: the image of one state, wherever it is; angles are not wrapped. */
 function $name(state) {
 $lines
     return [
@@ -50,20 +50,7 @@ $images
     ]
 }
 """)
-PART = Template("""const ${name}_coefficients = [
-$rows
-]
 
-/* $title: the image of one state, wherever it is; angles are not wrapped. */
-function $name(state) {
-    const size = [$size], scaled = [
-$scaled
-    ]
-    return [
-$images
-    ]
-}
-""")
 CHAIN = Template("""/* The image of one state. */
 function image_of(state) {
     let x = [...state]
@@ -125,30 +112,23 @@ def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]
 
 
 def _part(part: Part) -> str:
-    if part.polymap.variables is not None:
-        return _formulas(part)
-    tensor = part.tensor
-    rows = [", ".join(repr(float(c)) for c in row.ravel()) for row in tensor]
-    scales = zip(part.polymap.centre, part.polymap.scale, strict=True)
-    values = [f"series({part.name}_coefficients[{i}], size, scaled)" for i in range(len(tensor))]
+    """The function of one polynomial map."""
+    coefficients = ""
+    if part.polymap.variables is None:
+        rows = "\n".join(f"    [{', '.join(map(repr, row.ravel().tolist()))}]," for row in part.tensor)
+        coefficients = f"const {part.name}_coefficients = [\n{rows}\n]\n\n"
+        values = [f"series({part.name}_coefficients[{i}], size, scaled)" for i in range(part.outputs)]
+        scaled = "\n".join(f"        {x}," for x in scaled_inputs(part, JAVASCRIPT))
+        lines = f"    const size = [{', '.join(map(str, part.tensor.shape[1:]))}], scaled = [\n{scaled}\n    ]"
+    else:
+        formulas, values = lines_of(part, JAVASCRIPT)
+        lines = "\n".join(f"    const {name} = {value}" for name, value in formulas)
     return PART.substitute(
+        coefficients=coefficients,
         name=part.name,
         title=part.title.replace("*/", "* /"),
-        rows="\n".join(f"    [{row}]," for row in rows),
-        size=", ".join(map(str, tensor.shape[1:])),
-        scaled="\n".join(f"        (state[{j}] - {number(c)}) / {number(s)}," for j, (c, s) in enumerate(scales)),
-        images="\n".join(f"        {f'Math.abs({v})' if a else v}," for v, a in zip(values, part.absolute, strict=True)),
-    )
-
-
-def _formulas(part: Part) -> str:
-    """The function of one map with variables."""
-    lines, values = lines_of(part, JAVASCRIPT, {name: f"state[{j}]" for j, name in enumerate(part.polymap.coordinates)})
-    return FORMULAS.substitute(
-        name=part.name,
-        title=part.title.replace("*/", "* /"),
-        lines="\n".join(f"    const {name} = {value}" for name, value in lines),
-        images="\n".join(f"        {f'Math.abs({v})' if a else v}," for v, a in zip(values, part.absolute, strict=True)),
+        lines=lines,
+        images="\n".join(f"        {image}," for image in images_of(part, JAVASCRIPT, values)),
     )
 
 
@@ -159,28 +139,22 @@ def _chain(program: Program) -> str:
 
 
 def _pieces(program: Program) -> str:
-    names, m = program.variables, len(program.outputs)
-    angles = program.inputs.angles.tolist()
-    seen = [f"wrap(state[{j}])" if angle else f"state[{j}]" for j, angle in enumerate(angles)]
-    finite = [f"Number.isFinite({x})" for x in names.values()]
-    finite += [f"{number(low)} <= state[{i}] && state[{i}] <= {number(high)}" for i, low, high in program.limits]
     tests = [
-        f"    if ({JAVASCRIPT.condition(part.region, names)}) return {k} // {part.title}"
+        f"    if ({JAVASCRIPT.condition(part.region, program.variables)}) return {k} // {part.title}"
         for k, part in enumerate(program.parts)
         if part.region is not None
     ]
     return PIECES.substitute(
-        seen="\n".join(f"    const {x} = {value}" for x, value in zip(names.values(), seen, strict=True)),
-        finite=" && ".join(finite),
+        seen="\n".join(f"    const {x} = {value}" for x, value in seen_by_regions(program, JAVASCRIPT)),
+        finite=admissible(program, JAVASCRIPT, "Number.isFinite"),
         tests="\n".join(tests),
-        cases="\n".join(_case(part, k, angles[:m]) for k, part in enumerate(program.parts)),
+        cases="\n".join(_case(program, part, k) for k, part in enumerate(program.parts)),
         names=", ".join(f'"{part.name}"' for part in program.parts),
-        m=m,
+        m=len(program.outputs),
     )
 
 
-def _case(part: Part, k: int, angles: list[bool]) -> str:
-    start = [f"state[{j}]" if middle is None else f"near(state[{j}], {number(middle)})" for j, middle in enumerate(part.middles)]
-    turns = [f"        image[{i}] = wrap(image[{i}] + (state[{i}] - x[{i}]))" for i, angle in enumerate(angles) if angle]
-    lines = [f"        const x = [{', '.join(start)}]", f"        image = {part.name}(x)", *turns]
+def _case(program: Program, part: Part, k: int) -> str:
+    turns = [f"        {line}" for line in wrapped_angles(program, JAVASCRIPT)]
+    lines = [f"        const x = [{starts_of(part, JAVASCRIPT)}]", f"        image = {part.name}(x)", *turns]
     return "\n".join([f"    if (piece === {k}) {{", *lines, "    }"])

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from string import Template
 
-from nsmaps.exports.conditions import JULIA, number
-from nsmaps.exports.formulas import lines_of
+from nsmaps.exports.conditions import JULIA
+from nsmaps.exports.formulas import admissible, images_of, lines_of, scaled_inputs, seen_by_regions, starts_of, wrapped_angles
 from nsmaps.exports.program import Exportable, Part, Program, program_of
 
 MODULE = Template('''"""
@@ -41,7 +41,7 @@ $reals$parts
 $main
 end
 ''')
-FORMULAS = Template(""""$title: the image of one state, wherever it is; angles are not wrapped."
+PART = Template("""$coefficients"$title: the image of one state, wherever it is; angles are not wrapped."
 function $name(state)
 $lines
     return [
@@ -49,21 +49,7 @@ $images
     ]
 end
 """)
-PART = Template("""const ${upper}_COEFFICIENTS = [
-$rows
-]
 
-"$title: the image of one state, wherever it is; angles are not wrapped."
-function $name(state)
-    size = ($size,)
-    scaled = (
-$scaled
-    )
-    return [
-$images
-    ]
-end
-""")
 CHAIN = Template(""""The image of one state."
 function image_of(state)
     x = collect(Float64, state)
@@ -146,32 +132,24 @@ def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]
 
 
 def _part(part: Part) -> str:
-    if part.polymap.variables is not None:
-        return _formulas(part)
-    tensor = part.tensor
-    rows = [", ".join(repr(float(c)) for c in row.ravel()) for row in tensor]
-    scales = zip(part.polymap.centre, part.polymap.scale, strict=True)
-    values = [f"series({part.name.upper()}_COEFFICIENTS[{i}], size, scaled)" for i in range(1, len(tensor) + 1)]
+    """The function of one polynomial map."""
+    coefficients = ""
+    if part.polymap.variables is None:
+        rows = (f"    [{', '.join(map(repr, row.ravel().tolist()))}],\n" for row in part.tensor)
+        table = f"{part.name.upper()}_COEFFICIENTS"
+        coefficients = f"const {table} = [\n{''.join(rows)}]\n\n"
+        values = [f"series({table}[{i}], size, scaled)" for i in range(1, part.outputs + 1)]
+        scaled = "".join(f"        {x},\n" for x in scaled_inputs(part, JULIA))
+        lines = f"    size = ({', '.join(map(str, part.tensor.shape[1:]))},)\n    scaled = (\n{scaled}    )"
+    else:
+        formulas, values = lines_of(part, JULIA)
+        lines = "\n".join(f"    {name} = {value}" for name, value in formulas)
     return PART.substitute(
-        upper=part.name.upper(),
+        coefficients=coefficients,
         name=part.name,
         title=_quoted(part.title),
-        rows="\n".join(f"    [{row}]," for row in rows),
-        size=", ".join(map(str, tensor.shape[1:])),
-        scaled="\n".join(f"        (state[{j}] - {number(c)}) / {number(s)}," for j, (c, s) in enumerate(scales, 1)),
-        images="\n".join(f"        {f'abs({v})' if a else v}," for v, a in zip(values, part.absolute, strict=True)),
-    )
-
-
-def _formulas(part: Part) -> str:
-    """The function of one map with variables."""
-    places = {name: f"state[{j}]" for j, name in enumerate(part.polymap.coordinates, 1)}
-    lines, values = lines_of(part, JULIA, places)
-    return FORMULAS.substitute(
-        name=part.name,
-        title=_quoted(part.title),
-        lines="\n".join(f"    {name} = {value}" for name, value in lines),
-        images="\n".join(f"        {f'abs({v})' if a else v}," for v, a in zip(values, part.absolute, strict=True)),
+        lines=lines,
+        images="\n".join(f"        {image}," for image in images_of(part, JULIA, values)),
     )
 
 
@@ -186,29 +164,23 @@ def _chain(program: Program) -> str:
 
 
 def _pieces(program: Program) -> str:
-    names, m = program.variables, len(program.outputs)
-    angles = program.inputs.angles.tolist()
-    seen = [f"wrap(state[{j}])" if angle else f"state[{j}]" for j, angle in enumerate(angles, 1)]
-    finite = [f"isfinite({x})" for x in names.values()]
-    finite += [f"{number(low)} <= state[{i + 1}] <= {number(high)}" for i, low, high in program.limits]
     tests = [
-        f"    {JULIA.condition(p.region, names)} && return {k}" for k, p in enumerate(program.parts, 1) if p.region is not None
+        f"    {JULIA.condition(p.region, program.variables)} && return {k}"
+        for k, p in enumerate(program.parts, 1)
+        if p.region is not None
     ]
     return PIECES.substitute(
         name=program.name,
-        seen="\n".join(f"    {x} = {value}" for x, value in zip(names.values(), seen, strict=True)),
-        finite=f"({' && '.join(finite)})",
+        seen="\n".join(f"    {x} = {value}" for x, value in seen_by_regions(program, JULIA)),
+        finite=f"({admissible(program, JULIA)})",
         tests="\n".join(tests),
-        cases="\n".join(_case(part, k, angles[:m]) for k, part in enumerate(program.parts, 1)),
-        m=m,
+        cases="\n".join(_case(program, part, k) for k, part in enumerate(program.parts, 1)),
+        m=len(program.outputs),
     )
 
 
-def _case(part: Part, k: int, angles: list[bool]) -> str:
-    start = [
-        f"state[{j}]" if middle is None else f"near(state[{j}], {number(middle)})" for j, middle in enumerate(part.middles, 1)
-    ]
-    turns = [f"        image[{i}] = wrap(image[{i}] + (state[{i}] - x[{i}]))" for i, angle in enumerate(angles, 1) if angle]
+def _case(program: Program, part: Part, k: int) -> str:
+    turns = [f"        {line}" for line in wrapped_angles(program, JULIA)]
     finite = "        all(isfinite, image) && return (image, piece)"
-    lines = [f"        x = [{', '.join(start)}]", f"        image = {part.name}(x)", *turns, finite]
+    lines = [f"        x = [{starts_of(part, JULIA)}]", f"        image = {part.name}(x)", *turns, finite]
     return "\n".join([f"    if piece == {k}", *lines, "    end"])

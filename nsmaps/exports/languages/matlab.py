@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from string import Template
 
 from nsmaps.exports.conditions import MATLAB, number
-from nsmaps.exports.formulas import lines_of
+from nsmaps.exports.formulas import admissible, images_of, lines_of, scaled_inputs, seen_by_regions, wrapped_angles
 from nsmaps.exports.program import Exportable, Part, Program, program_of
 
 WIDE = 8  #: coefficients a line
@@ -37,17 +37,6 @@ end
 
 $parts""")
 PART = Template("""function image = $name(states)
-% $title: images wherever the states are; angles are not wrapped.
-    sizes = [$size];
-    scaled = [ ...
-$scaled
-    ];
-    image = [ ...
-$images
-    ];
-end
-""")
-FORMULAS = Template("""function image = $name(states)
 % $title: images wherever the states are; angles are not wrapped.
 $lines
     image = zeros(size(states, 1), $m);
@@ -135,31 +124,21 @@ def files(result: Exportable, name: str, about: Sequence[str]) -> dict[str, str]
 
 
 def _part(part: Part) -> str:
-    if part.polymap.variables is not None:
-        return _formulas(part)
-    tensor = part.tensor
-    scales = zip(part.polymap.centre, part.polymap.scale, strict=True)
-    values = [f"series([ ...\n{_listed(row.ravel().tolist())}], sizes, scaled)" for row in tensor]
-    images = [f"abs({v})" if a else v for v, a in zip(values, part.absolute, strict=True)]
+    """The function of one polynomial map."""
+    if part.polymap.variables is None:
+        values = [f"series([ ...\n{_listed(row.ravel().tolist())}], sizes, scaled)" for row in part.tensor]
+        scaled = ", ...\n".join(f"        {x}" for x in scaled_inputs(part, MATLAB, "states"))
+        lines = f"    sizes = [{', '.join(map(str, part.tensor.shape[1:]))}];\n    scaled = [ ...\n{scaled}\n    ];"
+    else:
+        formulas, values = lines_of(part, MATLAB, "states")
+        lines = "\n".join(f"    {name} = {value};" for name, value in formulas)
+    images = zip(MATLAB.entries("image", part.outputs), images_of(part, MATLAB, values), strict=True)
     return PART.substitute(
         name=part.name,
         title=part.title,
-        size=", ".join(map(str, tensor.shape[1:])),
-        scaled=", ...\n".join(f"        (states(:, {j}) - {number(c)}) / {number(s)}" for j, (c, s) in enumerate(scales, 1)),
-        images=", ...\n".join(f"        {image}" for image in images),
-    )
-
-
-def _formulas(part: Part) -> str:
-    """The function of one map with variables."""
-    lines, values = lines_of(part, MATLAB, {name: f"states(:, {j})" for j, name in enumerate(part.polymap.coordinates, 1)})
-    images = [f"abs({v})" if a else v for v, a in zip(values, part.absolute, strict=True)]
-    return FORMULAS.substitute(
-        name=part.name,
-        title=part.title,
-        m=len(values),
-        lines="\n".join(f"    {name} = {value};" for name, value in lines),
-        images="\n".join(f"    image(:, {i}) = {image};" for i, image in enumerate(images, 1)),
+        m=part.outputs,
+        lines=lines,
+        images="\n".join(f"    {name} = {image};" for name, image in images),
     )
 
 
@@ -175,28 +154,24 @@ def _chain(program: Program) -> str:
 
 
 def _pieces(program: Program) -> str:
-    names, m = program.variables, len(program.outputs)
-    angles = program.inputs.angles.tolist()
-    seen = [f"wrap(states(:, {j}))" if angle else f"states(:, {j})" for j, angle in enumerate(angles, 1)]
-    finite = [f"isfinite({x})" for x in names.values()]
-    finite += [f"{number(low)} <= states(:, {i + 1}) & states(:, {i + 1}) <= {number(high)}" for i, low, high in program.limits]
-    regions = [(k, part.title, part.region) for k, part in enumerate(program.parts, 1) if part.region is not None]
     tests = [
-        f"    holds = left & {MATLAB.condition(region, names)};  % {title}\n    pieces(holds) = {k};\n    left = left & ~holds;"
-        for k, title, region in regions
+        f"    holds = left & {MATLAB.condition(p.region, program.variables)};  % {p.title}\n"
+        f"    pieces(holds) = {k};\n    left = left & ~holds;"
+        for k, p in enumerate(program.parts, 1)
+        if p.region is not None
     ]
     return PIECES.substitute(
-        m=m,
-        seen="\n".join(f"    {x} = {value};" for x, value in zip(names.values(), seen, strict=True)),
-        finite=" & ".join(finite),
+        m=len(program.outputs),
+        seen="\n".join(f"    {x} = {value};" for x, value in seen_by_regions(program, MATLAB, "states")),
+        finite=admissible(program, MATLAB, state="states"),
         tests="\n".join(tests),
-        cases="\n".join(_case(part, k, angles[:m]) for k, part in enumerate(program.parts, 1)),
+        cases="\n".join(_case(program, part, k) for k, part in enumerate(program.parts, 1)),
     )
 
 
-def _case(part: Part, k: int, angles: list[bool]) -> str:
+def _case(program: Program, part: Part, k: int) -> str:
     near = [f"    x(:, {j}) = near(start(:, {j}), {number(c)});" for j, c in enumerate(part.middles, 1) if c is not None]
-    turns = [f"    image(:, {i}) = wrap(image(:, {i}) + (start(:, {i}) - x(:, {i})));" for i, a in enumerate(angles, 1) if a]
+    turns = [f"    {line};" for line in wrapped_angles(program, MATLAB, "start")]
     lost = "    image(any(~isfinite(image), 2), :) = NaN;"
     head = [f"    rows = pieces == {k};", "    start = states(rows, :);", "    x = start;"]
     return "\n".join([*head, *near, f"    image = {part.name}(x);", *turns, lost, "    images(rows, :) = image;"])
