@@ -1,5 +1,7 @@
 """Which motion a record shows, its margins, and the uncertainty of quantities, against closed forms."""
 
+from collections.abc import Mapping
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,7 @@ import nsmaps
 from nsmaps import load_system
 from nsmaps.errors import ParameterError
 from nsmaps.estimation import Estimate, Record, motions
+from nsmaps.exact.systems.hybrid import Guard, HybridSystem, PoincareSection
 
 BALL = load_system("bouncing_ball", Gamma=1.2, r=0.5)
 
@@ -103,3 +106,26 @@ def test_quantities_without_a_value_are_counted_and_wrong_distributions_refused(
     for given, laws in ({"n_draws": 0}, {"e": (0, 1)}), ({"n_draws": 10, "sobol": True}, {"e": (0, 1)}), ({}, {}):
         with pytest.raises(nsmaps.NsmapsError, match="expected: at least one parameter and draw, a power of 2"):
             nsmaps.uncertainty(Drop(g=1.0, e=0.5), laws, quantity, **given)
+
+
+class Firing(HybridSystem):
+    """x' = I - x fires at 1 and is reset to 0, with x as the coordinate: only x = 1 is on the section."""
+
+    I: float  # noqa: E741
+    states = ("x",)
+
+    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+        return {"charge": {"x": self.I - y.x}}
+
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
+        return {"F": Guard("charge", 1 - y.x, reset={"x": 0})}
+
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("F", ("x",))
+
+
+def test_a_section_of_a_single_state_is_fitted_from_its_closed_form() -> None:
+    """An interval takes ln(I/(I - 1))."""
+    times = np.log(1.7 / 0.7) * np.arange(12) + 0.3
+    found = nsmaps.estimate(Firing(I=1.6), {"time": times, "noise": 1e-4}, free={"I": (1.2, 2.5)}, n_guesses=1)
+    assert found.values[0] == pytest.approx(1.7, rel=1e-6)

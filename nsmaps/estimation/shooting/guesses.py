@@ -57,7 +57,7 @@ def library_of(model: EventModel, event_map: EventMap, rng: np.random.Generator,
     starts = np.where(angles, rng.uniform(0, TWO_PI, size.shape), size)
     if near is not None:
         starts[: ORBITS // 2, ~angles] = near * (1 + 0.2 * rng.normal(size=(ORBITS // 2, len(near))))
-    orbits = system.orbits(starts, RETURNS)
+    orbits = system.orbits(system.on_section(starts), RETURNS)
     found = _weighted(orbits, rng, length)
     if found is None:
         raise DataError(
@@ -67,7 +67,7 @@ def library_of(model: EventModel, event_map: EventMap, rng: np.random.Generator,
     low, high = np.quantile(found.start, [0.01, 0.99], axis=0)
     wide = 0.2 * (high - low) * ~angles
     box = np.where(angles, 0.0, low - (0 if model.is_impact else wide)), np.where(angles, TWO_PI, high + wide)
-    inner = _weighted(system.first_return(rng.uniform(*box, (STATES, len(angles)))), rng, length)
+    inner = _weighted(system.first_return(system.on_section(rng.uniform(*box, (STATES, len(angles))))), rng, length)
     both = Returns.concatenate([found] if inner is None else [found, inner])
     phases = both.start[:, angles].sum(axis=1), both.image[:, angles].sum(axis=1)
     typical = float(np.nansum(orbits.time[orbits.valid] ** 2) / np.nansum(orbits.time[orbits.valid]))
