@@ -196,6 +196,41 @@ def test_on_the_line_of_a_relay_the_motion_decays_as_the_line_has_it() -> None:
     assert returns.image[0, :2] == pytest.approx([0.1, -0.07], rel=1e-13)
 
 
+class Relay(HybridSystem):
+    """z is driven to h from both sides, and u follows it; seen by a clock, mostly on the surface."""
+
+    h: float = 0.4
+
+    states = ("u", "z")
+
+    def period(self) -> Any:
+        return 2 * sp.pi
+
+    def modes(self, t: Any, y: SimpleNamespace) -> Mapping[str, Mapping[str, Any]]:
+        return {name: {"u": y.z - y.u, "z": sp.cos(t) + drive} for name, drive in {"above": -2, "below": 2}.items()}
+
+    def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard | SlidingSurface]:
+        return {
+            "tick": Guard(("above", "below", "line"), -sp.sin(t)),
+            "line": SlidingSurface("above", "below", y.z - self.h),
+        }
+
+    def section(self, t: Any, y: SimpleNamespace) -> PoincareSection:
+        return PoincareSection("tick", ("u", "z"))
+
+
+@pytest.mark.parametrize("many", [1, 40])
+def test_a_motion_that_starts_on_the_surface_forgets_its_distance_from_it(many: int) -> None:
+    returns = Relay().first_return([[1.0, 0.4]] * many, derivative=True)
+    decay = np.exp(-2 * np.pi)
+    assert set(returns.words) == {"tt"}
+    np.testing.assert_allclose(returns.image, [[0.4 + 0.6 * decay, 0.4]] * many, rtol=1e-14)
+    np.testing.assert_allclose(returns.derivative, [[[decay, 0], [0, 0]]] * many, atol=1e-16)
+    np.testing.assert_allclose(Relay().sensitivity([[1.0, 0.4]], {"h": 1.0}), [[1 - decay, 1]], rtol=1e-14)
+    beside = Relay().first_return([[1.0, 0.4 + 1e-9], [1.0, 0.3]])
+    assert beside.words.tolist() == ["tlt"] * 2
+
+
 @pytest.mark.parametrize(
     ("changed", "said"),
     [

@@ -114,7 +114,7 @@ class ModeKernel(MotionKernel):
         found = Record(*map(np.ascontiguousarray, (*rows, margins)))
         given = rows.start.copy()
         found.states[START] = self.starts(given)
-        in_blocks = not p.taylor.any() and near is None and (p.contacts < 0).all() and rows.states.shape[1] >= FEW
+        in_blocks = not p.taylor.any() and near is None and not p.resting.any() and rows.states.shape[1] >= FEW
         at, b = np.zeros(2, np.int64), workspace(p, directions, in_blocks, w.moved)
         while not returns(p, found, at, w, b):
             check_stop()

@@ -88,9 +88,11 @@ def transitions_of(definition: Definition, rows: Rows) -> dict[str, Any]:
 @lru_cache(maxsize=64)
 def fixed_fields(definition: Definition) -> dict[str, Any]:
     """The fields of a table that describe its transitions and starts, and are the same at all parameters."""
-    letters, transitions, states = definition.letters, definition.transitions, definition.states
+    letters, transitions, states, modes = definition.letters, definition.transitions, definition.states, definition.modes
     names = {transitions[start.transition].name for start in definition.starts}
     guards = [one.guard for one in transitions if one.begins]
+    flat = [one for one in definition.surfaces if not any(one.rows[0].coefficients[len(states) :])]
+    slides = {f"{mode} to {one.name}": len(guards) for one in flat for mode in one.modes}
     return {
         "mode": np.array([one.mode for one in transitions]),
         "target": np.array([one.target for one in transitions]),
@@ -100,14 +102,12 @@ def fixed_fields(definition: Definition) -> dict[str, Any]:
         "digit": np.array([letters.index(one.letter) + 1 if one.letter else 0 for one in transitions]),
         "base": base_of_words(letters),
         "impacts": np.array([guards.index(one.guard) if one.guard and not one.begins else -1 for one in transitions]),
-        "contacts": np.array([guards.index(one.guard) if one.begins else -1 for one in transitions]),
+        "contacts": np.array([guards.index(one.guard) if one.begins else slides.get(one.name, -1) for one in transitions]),
         "releases": np.array([one.releases for one in transitions]),
-        "resting": np.isin(range(len(definition.modes)), [one.mode for one in transitions if one.releases]),
+        "resting": np.isin(range(len(modes)), [one.mode for one in transitions if one.releases]),
         "below": np.array(definition.below),
         "is_section": np.array([one.name in names for one in transitions]),
-        "beside": np.array([[mode in one.modes for mode in definition.modes] for one in definition.surfaces], bool).reshape(
-            len(definition.surfaces), len(definition.modes)
-        ),
+        "beside": np.array([[mode in one.modes for mode in modes] for one in definition.surfaces], bool).reshape(-1, len(modes)),
         "starts": np.array([start.transition for start in definition.starts]),
         "start_laws": np.array([law_address(definition, start) for start in definition.starts]),
         "start_curved": np.array([[k in dict(start.curved) for k in range(len(states))] for start in definition.starts]),

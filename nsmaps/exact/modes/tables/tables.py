@@ -84,7 +84,7 @@ class Tables(NamedTuple):
     base: int  #: of the numbers of words
     on: Any  #: shape (T, S), how many of the first terms of the function are zero just after the event, but for rounding
     impacts: Any  #: shape (T,), the number of the contact that may begin after the impact, -1 for none
-    contacts: Any  #: shape (T,), the number of the contact that begins, by itself without a zero of its function; -1 for none
+    contacts: Any  #: shape (T,), the number of the contact that begins, that of sliding behind these; -1 for none
     bounces: Any  #: shape (T,), its function in the mode after an event that may follow itself without lasting contact; or -1
     begins: Any  #: shape (T, 2, N), speed away from the surface and pressure towards it, where contact begins
     releases: Any  #: shape (T,), whether contact ends
