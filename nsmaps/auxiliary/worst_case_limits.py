@@ -6,14 +6,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from nsmaps.arrays import Floats, Ints
+from nsmaps.arrays import Floats
 from nsmaps.auxiliary.envelope import AuxiliaryMaps
 from nsmaps.auxiliary.worst_case import Update
 from nsmaps.results import Result, array
 
 Curve = Callable[[Floats], Floats]
 ROUNDED = 1e-10  #: by how much iteration and roots of curves that are known to rounding may differ, relative to the start box
-POINTS, FINER = 201, 17  #: at which changes of sign are sought, over twice the box, and then between neighbours
+POINTS = 201  #: at which changes of sign are sought, over twice the box
 RESOLVED = 1e-15  #: share of a root, or of twice the box, to which it is found
 
 
@@ -97,28 +97,20 @@ def _end(curve: Curve, own: bool, value: float, at: Floats, reach: Floats) -> fl
 def _root(function: Curve, near: float, reach: Floats) -> float:
     """The fixed point of a function that is nearest to a value, between the ends of `reach`; NaN if there is none.
 
-    Values on a grid show where it lies, and values on finer and finer ones between the neighbours. Among others a value may be
-    another in its last digits: where no sign changes on the finer grid, the root is known to rounding.
+    Values on a grid show where it lies, and Brent's method finds it there.
     """
-    x = np.linspace(reach[0], reach[1], POINTS)
+    from scipy.optimize import brentq
+
+    x = np.linspace(*reach, POINTS)
     over = function(x) - x
-    changes = _changes(over)
+    changes = np.flatnonzero(over[:-1] * over[1:] <= 0)
     if not len(changes):
         return np.nan
     k = changes[np.argmin(np.abs((x[changes] + x[changes + 1]) / 2 - near))]
-    while x[k + 1] - x[k] > RESOLVED * max(reach[1] - reach[0], abs(x[k])):
-        x = np.linspace(x[k], x[k + 1], FINER)
-        over = function(x) - x
-        changes = _changes(over)
-        if not len(changes):
-            return float(x[np.argmin(np.abs(over))])
-        k = changes[0]
-    return float(x[k] if abs(over[k]) < abs(over[k + 1]) else x[k + 1])
-
-
-def _changes(values: Floats) -> Ints:
-    """The numbers of the values whose sign is not that of the next."""
-    return np.flatnonzero(np.signbit(values[:-1]) != np.signbit(values[1:]))
+    try:
+        return float(brentq(lambda x: function(np.array([x]))[0] - x, x[k], x[k + 1], xtol=RESOLVED * np.ptp(reach), rtol=RESOLVED))
+    except ValueError:  # a value is missing between them
+        return np.nan
 
 
 def _slope(lower: Curve, upper: Curve, places: tuple[str, str], p: float, q: float, least: float) -> float:

@@ -55,12 +55,14 @@ def main() -> None:
     """The console entry point. NumPy, not loaded yet, is to keep to one core: threads slow its many small problems.
 
     A warning is a line, without the source that gives it. Objects that refer to one another are looked for when 100,000 have been
-    made, not 700: imports and figures make many that stay.
+    made, not 700: imports and figures make many that stay. At the end they are not looked for once more.
     """
+    import atexit
     import gc
     import warnings
 
     gc.set_threshold(100_000, 20, 100)
+    atexit.register(gc.freeze)
 
     warnings.formatwarning = lambda message, category, *_, **__: f"{category.__name__}: {message}\n"
     for library in ("OPENBLAS", "MKL"):

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsmaps.arrays import Bools
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.surfaces.compose import iterate_returns
@@ -39,7 +38,7 @@ def misleads(composite: CompositeMap, grid: Grid, return_map: ReturnMap, first: 
     The word of a piece of several returns is compared with that of as many exact ones. Distances are those between states of the
     grid, so exact to its spacing. A piece without a word, as a reset, is omitted.
     """
-    from scipy.spatial import KDTree
+    from scipy.ndimage import distance_transform_edt
 
     exact = iterate_returns(return_map, first, composite.returns_of(first.start)) if composite.several else first
     ours = composite.first_return(exact.start)
@@ -48,11 +47,11 @@ def misleads(composite: CompositeMap, grid: Grid, return_map: ReturnMap, first: 
     both = ours.valid & exact.valid & worded
     wrong = both & (ours.codes != exact.codes)
     away = np.full(len(number), np.inf)
-    places = np.indices(grid.shape).reshape(len(grid.shape), -1).T / np.maximum(np.array(grid.shape) - 1, 1)
+    spacing = 1 / np.maximum(np.array(grid.shape) - 1, 1)
     for k in np.unique(number[wrong]):
-        outside = _beside((number == k).reshape(grid.shape)).ravel()
-        if outside.any():  # an edge somewhere
-            away[wrong & (number == k)] = KDTree(places[outside]).query(places[wrong & (number == k)])[0]
+        own = number == k
+        if not own.all():  # an edge somewhere
+            away[wrong & own] = distance_transform_edt(own.reshape(grid.shape), spacing).ravel()[wrong & own]
     far = away[wrong & np.isfinite(away)]
     gone = composite.piece_of(ours.image[both]) < 0
     return Misleads(
@@ -62,13 +61,3 @@ def misleads(composite: CompositeMap, grid: Grid, return_map: ReturnMap, first: 
         farthest=float(far.max()) if len(far) else float("nan"),
         leaves=float(gone.mean()) if len(gone) else float("nan"),
     )
-
-
-def _beside(inside: Bools) -> Bools:
-    """The states of a grid that are outside of a set and next to one in it along an axis: the nearest outside are among them."""
-    beside = np.zeros_like(inside)
-    for k in range(inside.ndim):
-        own, found = np.moveaxis(inside, k, 0), np.moveaxis(beside, k, 0)
-        found[1:] |= own[:-1]
-        found[:-1] |= own[1:]
-    return beside & ~inside
