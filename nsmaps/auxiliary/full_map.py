@@ -97,7 +97,7 @@ def _products(
     """
     cut, source = parts.boxes, parts.source
     images, unknown, empty = np.empty_like(cut), np.zeros(len(cut), bool), np.zeros(len(cut), bool)
-    for k in range(len(region)):
+    for k in range(len(region) if len(cut) else 0):
         intervals, of = np.unique(cut[:, k], axis=0, return_inverse=True)
         ends, is_unknown, is_empty = over_others(return_map, k, intervals, region)
         images[:, k] = ends[of.ravel()]
