@@ -107,8 +107,9 @@ def _root(function: Curve, near: float, reach: Floats) -> float:
     if not len(changes):
         return np.nan
     k = changes[np.argmin(np.abs((x[changes] + x[changes + 1]) / 2 - near))]
+    wide = RESOLVED * float(np.ptp(reach))
     try:
-        return float(brentq(lambda x: function(np.array([x]))[0] - x, x[k], x[k + 1], xtol=RESOLVED * np.ptp(reach), rtol=RESOLVED))
+        return float(brentq(lambda x: function(np.array([x]))[0] - x, x[k], x[k + 1], xtol=wide, rtol=RESOLVED))
     except ValueError:  # a value is missing between them
         return np.nan
 
