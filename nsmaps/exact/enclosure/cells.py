@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nsmaps.exact.enclosure.arithmetic.balls import between, exact, high, low, size
-from nsmaps.exact.enclosure.encounters import BASE_LETTER, first_impacts
+from nsmaps.exact.enclosure.encounters import first_impacts
 from nsmaps.exact.enclosure.images import LOWER, UPPER
 from nsmaps.exact.enclosure.subdivide import (
     FIRST,
@@ -24,13 +24,12 @@ from nsmaps.exact.enclosure.subdivide import (
     unite_image,
 )
 from nsmaps.exact.enclosure.taylor_set import ON_TOP, ROW, SMOOTH, box_of, box_set, get_set, put_set
-from nsmaps.exact.engine.flight.flow import on_top, walls_of
-from nsmaps.exact.engine.jit import allocating, inlined, inner, long_entry
+from nsmaps.exact.engine.flight.flow import on_top
+from nsmaps.exact.engine.jit import inlined, inner, long_entry
+from nsmaps.exact.engine.observers import BASE, OTHER, base_of
 from nsmaps.exact.engine.returns import PHASE, SPEED, append_symbol
 
 LOOSE = 1.1  #: width of the image of a whole box over its linear part, above which corners are used
-OTHER_LETTER = 2  #: digit of the other wall in words
-BASE_OF_ONE_WALL, BASE_OF_TWO_WALLS = 4, 5  #: of codes of words
 
 
 class SetMemory(NamedTuple):
@@ -42,32 +41,15 @@ class SetMemory(NamedTuple):
     ends: Any  #: shape (2, 2), a tightened image
 
 
-compiled_box_memory = allocating(box_memory)
-
-
-@allocating
-def set_memory():
-    """A workspace."""
-    parts, hits = np.empty((MOST_PARTS, ROW)), np.empty((MOST_HITS, ROW))
-    return SetMemory(compiled_box_memory(2, PHASE), parts, hits, np.empty((2, 2)))
-
-
-@inner
-def word_base(p):
-    """The base of codes of words, as in `first_return`."""
-    has_up, has_down, _ = walls_of(p)
-    return BASE_OF_TWO_WALLS if has_up and has_down else BASE_OF_ONE_WALL
-
-
 @inner
 def take_impact(p, hit, word, progress, w):
     """Add an impact on the base wall to the images, and one on the other wall to the sets that wait."""
     impact, on_base = w.hits[hit], (w.hits[hit, ON_TOP] > 0.0) == on_top(p)
     waiting, images, whole = progress.waiting, progress.images, progress.whole and impact[SMOOTH] > 0.0
-    (code, place_value), base = word, word_base(p)
+    (code, place_value), base = word, base_of(p)
     if place_value == 0 or not (on_base or waiting < len(w.parts)):
         return Progress(-1, images, True, False)
-    code, place_value = append_symbol(code, place_value, base, BASE_LETTER if on_base else OTHER_LETTER, 1)
+    code, place_value = append_symbol(code, place_value, base, BASE if on_base else OTHER, 1)
     if not on_base:
         put_word(w.box, waiting, code, place_value)
         for c in range(ROW):
@@ -86,7 +68,7 @@ def set_images(p, v, phi, w):
     A box with one smooth image has it in the first row of `hits`.
     """
     put_set(w.parts[FIRST], on_top(p), box_set(v, phi), True)
-    code, place_value = append_symbol(0, 1, word_base(p), BASE_LETTER, 1)
+    code, place_value = append_symbol(0, 1, base_of(p), BASE, 1)
     put_word(w.box, FIRST, code, place_value)
     found, bounded = follow_sets(p, 0, w, first_impacts, take_impact)
     return found.images, bounded and all_finite(w.box.images, found.images), found.missing, found.whole
@@ -149,7 +131,13 @@ def corner(cell, c, slope, end):
     return exact(cell[c, end if slope.centre > 0.0 else UPPER - end])
 
 
+def set_memory() -> SetMemory:
+    """Memory for the boxes of one thread."""
+    parts, hits = np.empty((MOST_PARTS, ROW)), np.empty((MOST_HITS, ROW))
+    return SetMemory(box_memory(2, PHASE), parts, hits, np.empty((2, 2)))
+
+
 @long_entry
-def all_box_images(p, boxes, rows):
+def all_box_images(p, w, boxes, rows):
     """Write the images of boxes of shape (N, 2, 2): see `enclose_boxes`."""
-    return enclose_boxes(p, boxes, rows, set_memory(), cell_images)
+    return enclose_boxes(p, boxes, rows, w, cell_images)

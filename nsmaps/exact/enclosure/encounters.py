@@ -13,12 +13,12 @@ from nsmaps.exact.engine.constants import FAR, FOURTH, INWARD, LATEST, NO_SPEED,
 from nsmaps.exact.engine.flight.flow import Flow, evaluate, horizon, walls_of
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.march import wall_gap
+from nsmaps.exact.engine.observers import BASE
 from nsmaps.exact.engine.returns import PHASE, SPEED
 from nsmaps.exact.engine.steps import closes, first_step, is_converged, safe_step, stays_clear, taylor_root
 
 CHATTERED = (1.0 + 1e-6) * SUMMED_SPEED  #: of the speed gained in a radian: slower impacts on the base wall are summed
 SURELY_OPEN = 1e-13  #: of the terms of a gap: a lower bound above it is beyond their rounding
-BASE_LETTER = 1  #: digit of the base wall, with which words begin
 MOST_AIMS = 3  #: of Newton's method for the time at which the centre lands
 
 
@@ -183,7 +183,7 @@ def may_stay(p, launch, row):
 @inner
 def first_impacts(p, part, w):
     """Write all possible first impacts of a set that waits, and its spread by each coordinate."""
-    row, first = w.parts[part], w.box.words[part, CODE] == BASE_LETTER
+    row, first = w.parts[part], w.box.words[part, CODE] == BASE
     launch = launch_set(p, part, first, row, horizon(p))
     keep_spread(launch, w, launch.r)
     if may_stay(p, launch, row):

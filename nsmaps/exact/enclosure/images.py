@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from nsmaps.arrays import ArrayLike, Floats, brief
 from nsmaps.coordinates import Coordinates
 from nsmaps.errors import StateError
+from nsmaps.exact.engine.constants import MOST_PHASE
 
-MOST_PHASE = 1e10  #: radians; larger phases have lost too many digits
 LOWER, UPPER = range(2)  #: ends of the side of a box
 
 

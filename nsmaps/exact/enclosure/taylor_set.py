@@ -30,7 +30,6 @@ from nsmaps.exact.enclosure.arithmetic.balls import (
     widen,
 )
 from nsmaps.exact.enclosure.arithmetic.elementary import bangle
-from nsmaps.exact.enclosure.flight.bounds import ball_bounds
 from nsmaps.exact.enclosure.flight.flow import (
     at_time,
     ball_begin,
@@ -41,7 +40,7 @@ from nsmaps.exact.enclosure.flight.flow import (
     ball_tangent,
     centre_begin,
 )
-from nsmaps.exact.enclosure.flight.terms import Motion
+from nsmaps.exact.enclosure.flight.terms import Motion, ball_bounds
 from nsmaps.exact.engine.constants import OUTWARD
 from nsmaps.exact.engine.jit import inlined, inner
 

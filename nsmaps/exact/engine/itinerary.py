@@ -24,9 +24,9 @@ from nsmaps.exact.engine.returns import (
     append_symbol,
     follow,
     next_impact,
-    phase_and_turns,
+    phase_at,
 )
-from nsmaps.exact.engine.steps import approach, first_step
+from nsmaps.exact.engine.steps import closes, first_step, safe_step
 
 
 @inner
@@ -39,7 +39,8 @@ def next_turn(p, s, h, end):
         _, v, a, j, k, _ = evaluate(p, s)
         sign = 1.0 if v > 0.0 else -1.0
         _, snap, crackle, _, reach, _, _ = limits(p, s)
-        surely, h = approach(sign * v, sign * a, sign * j, sign * k, snap, crackle)
+        surely, h = closes(sign * v, sign * a, sign * j, sign * k, snap, crackle)
+        h = h if surely else safe_step(sign * v, sign * a, sign * j, sign * k, snap, crackle)
         if h > reach:
             surely, h = False, reach
         if surely or h <= ROUNDING * s:
@@ -178,8 +179,8 @@ def extend_prelude(p, impact, event, context, seen):
     if event.ended != IMPACT or event.up == on_top(p) or math.isnan(seen.slowest):
         return Prelude(impact, seen.derivative, math.nan)
     d = advance_tangent(p, impact, event, seen.derivative)
-    phase, _ = phase_and_turns(p, impact.phase, event.time)
-    return Prelude(Impact(event.up, phase, event.speed), d, min(seen.slowest, event.speed))
+    following = Impact(event.up, phase_at(p, impact.phase, event.time), event.speed)
+    return Prelude(following, d, min(seen.slowest, event.speed))
 
 
 class WallTouch(NamedTuple):
@@ -197,8 +198,7 @@ class WallTouch(NamedTuple):
 def touch(p, v, phi, s, hits, upper):
     """A flight at time s after an impact on the base wall and `hits` on the other wall, beside the upper or the lower wall."""
     nothing = (math.nan, math.nan, math.nan, math.nan)
-    phi, _ = phase_and_turns(p, phi, 0.0)
-    start_at = Impact(on_top(p), phi, v)
+    start_at = Impact(on_top(p), phase_at(p, phi, 0.0), v)
     _, seen = follow(p, start_at, 0.0, hits, extend_prelude, (), Prelude(start_at, (1.0, 0.0, 0.0, 1.0), math.inf))
     if math.isnan(seen.slowest):
         return WallTouch(math.nan, 0.0, math.nan, math.nan, math.nan, nothing)

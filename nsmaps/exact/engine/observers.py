@@ -12,7 +12,7 @@ from nsmaps.exact.engine.flight.flow import (
     on_top,
     phase_rate,
     rebound,
-    wall_places,
+    wall_place,
     walls_of,
 )
 from nsmaps.exact.engine.jit import entry, inlined, inner
@@ -28,7 +28,7 @@ from nsmaps.exact.engine.returns import (
     Impact,
     append_symbol,
     follow,
-    phase_and_turns,
+    phase_at,
 )
 
 BASE, OTHER = 1, 2  #: letters of the walls in a word's code
@@ -217,8 +217,8 @@ def extend_track(p, impact, event, track, written):
         track.mark[last] = event.ended
         return written
     track.mark[written.number] = event.ended
-    phase, _ = phase_and_turns(p, impact.phase, event.time)
-    return write_impact(p, Impact(event.up, phase, event.speed), track, Written(written.number, written.time + event.time))
+    following = Impact(event.up, phase_at(p, impact.phase, event.time), event.speed)
+    return write_impact(p, following, track, Written(written.number, written.time + event.time))
 
 
 @entry
@@ -236,9 +236,8 @@ def trajectory(p, impact, chatter, track):
 @entry
 def sample_flight(p, impact, times, places, velocities):
     """Displacements and velocities at times after an impact, all of shape (N,), written into the given arrays."""
-    top, bottom = wall_places(p)
     u, _ = rebound(p, impact.up, impact.speed)
-    begin(p, angle(impact.phase), top if impact.up else bottom, -u if impact.up else u)
+    begin(p, angle(impact.phase), wall_place(p, impact.up), -u if impact.up else u)
     for i in range(len(times)):
         places[i], velocities[i], _, _, _, _ = evaluate(p, times[i])
 
@@ -260,10 +259,8 @@ def advance_parameters(p, impact, event, by_parameters, tangent):
     if event.ended != IMPACT:
         return ParameterTangent(tangent.speed, tangent.phase, False)
     into, s, at = 1.0 if impact.up else -1.0, event.time, angle(impact.phase)
-    top, bottom = wall_places(p)
-    top_p, bottom_p = wall_places(by_parameters)
+    z, z_p, wall_p = wall_place(p, impact.up), wall_place(by_parameters, impact.up), wall_place(by_parameters, event.up)
     u_p, _ = rebound(by_parameters, impact.up, impact.speed)
-    z, z_p, wall_p = top if impact.up else bottom, top_p if impact.up else bottom_p, top_p if event.up else bottom_p
     place_p, velocity_p = parameter_tangent_at(p, by_parameters, at, z, z_p, event.velocity, s)
     w_p = -into * (event.slope * tangent.speed + u_p)
     z_phi, z_w, velocity_phi, velocity_w = tangent_at(p, at, s)

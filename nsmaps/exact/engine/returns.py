@@ -29,7 +29,7 @@ from nsmaps.exact.engine.flight.flow import (
     phase_rate,
     rebound,
     start,
-    wall_places,
+    wall_place,
 )
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.march import first_impact
@@ -78,11 +78,7 @@ def time_to_release(p, phi, up):
     A march: with a bound m on |F''| the force F + F' h - m h^2/2 is at least zero up to the root h of this, so that no step
     carries it through zero (Taylor's theorem), and steps converge to a root of F at second order.
     """
-    top, bottom = wall_places(p)
-    z = top if up else bottom
-    into = 1.0 if up else -1.0
-    turning = phase_rate(p)
-    s = 0.0
+    z, into, turning, s = wall_place(p, up), 1.0 if up else -1.0, phase_rate(p), 0.0
     for _ in range(MOST_STEPS):
         a, rate, bend = acceleration_at_rest(p, angle(phi + turning * s), z)
         press, rate, bend = into * a, into * rate, bend * OUTWARD
@@ -105,13 +101,6 @@ def accumulation(u, v, press, jerk, snap):
     """Time at which impacts of speeds v, u, ... accumulate, to 2nd order, and whether the 3rd makes that exact to rounding."""
     x = accumulation_time(u, u / v, press)
     return x, x * jerk <= SUMMED_JERK * press and x * x * snap <= SUMMED_SNAP * press
-
-
-@inlined
-def ends_chatter(u, v, press, jerk, snap):
-    """True if impacts of speeds v, u, ... can be summed, with a result that is exact to rounding."""
-    _, exact = accumulation(u, v, press, jerk, snap)
-    return exact
 
 
 @inlined
@@ -138,9 +127,7 @@ def next_impact(p, impact, chatter):
     Chatter whose first speed is `may_be_summed` is summed once the sum is exact to rounding, by `accumulation.py`.
     """
     up, phi, v = impact
-    top, bottom = wall_places(p)
-    z = top if up else bottom
-    into = 1.0 if up else -1.0
+    z, into = wall_place(p, up), 1.0 if up else -1.0
     u, slope = rebound(p, up, v)
     if u < NO_SPEED:
         u = 0.0
@@ -194,6 +181,13 @@ def phase_after(p, phi, s):
     whole = np.floor(phi / TWO_PI)
     phi = max(phi - whole * TWO_PI, 0.0)
     return phi if phi < TWO_PI else 0.0, whole if phi < TWO_PI else whole + 1.0
+
+
+@inlined
+def phase_at(p, phi, s):
+    """The phase a time s later, in [0, 2 pi)."""
+    later, _ = phase_after(p, phi, s)
+    return later
 
 
 @inner

@@ -89,15 +89,8 @@ def closes(gap, u, b, j, jerk, snap):
 
 
 @inlined
-def approach(y, u, b, j, jerk, snap):
-    """For a gap y >= 0 with rates u, b, j: (True if it certainly closes, near x), or else x is a safe step."""
-    surely, x = closes(y, u, b, j, jerk, snap)
-    return surely, x if surely else safe_step(y, u, b, j, jerk, snap)
-
-
-@inlined
 def certain_return(u, b, j, jerk, snap):
-    """As `approach`, for the wall just left with acceleration b < 0 towards it: certain if the gap is concave throughout."""
+    """As `closes`, for the wall just left with acceleration b < 0 towards it: certain if the gap is concave throughout."""
     x = -2.0 * u / b
     far = BRACKET * x
     highest = u + far * (b * 0.5 + far * min(jerk, j + snap * far * FOURTH) * SIXTH)

@@ -12,7 +12,18 @@ from typing import Any, NamedTuple
 
 from nsmaps.exact.engine.constants import MOST_IMPACTS, NO_SPEED, ROUND_THE_CIRCLE, TWO_PI
 from nsmaps.exact.engine.flight.bounds import limits
-from nsmaps.exact.engine.flight.flow import angle, begin, horizon, on_top, phase_rate, rebound, start, wall_places, walls_of
+from nsmaps.exact.engine.flight.flow import (
+    angle,
+    begin,
+    horizon,
+    on_top,
+    phase_rate,
+    rebound,
+    start,
+    wall_place,
+    wall_places,
+    walls_of,
+)
 from nsmaps.exact.engine.jit import entry, inner
 from nsmaps.exact.engine.observers import BASE, OTHER, Word, append_impact, append_rest, base_of
 from nsmaps.exact.engine.returns import (
@@ -32,6 +43,7 @@ from nsmaps.exact.engine.returns import (
     keeps_ratio,
     may_be_summed,
     phase_and_turns,
+    phase_at,
 )
 from nsmaps.exact.noise.flight import (
     HALVINGS,
@@ -106,9 +118,7 @@ def next_wall(p, ball, count, n, end):
 def pressing(step, ball, up, w, s):
     """The acceleration into a wall a time s into the step, at velocity w."""
     p, n = step.p, expand_about(step.noise, s)
-    top, bottom = wall_places(p)
-    phi, _ = phase_and_turns(p, ball[ANGLE], s)
-    begin(p, angle(phi), top if up else bottom, w)
+    begin(p, angle(phase_at(p, ball[ANGLE], s)), wall_place(p, up), w)
     a, _, _, _ = start(p)
     force = a + 2.0 * n.second + step.law.damping * n.rate + step.law.stiffness * n.value
     return force if up else -force
@@ -135,19 +145,17 @@ def time_to_release(step, ball, up):
 def bounce(step, ball, count, v):
     """Leave the wall after an impact of speed v, or come to rest on it: at once, or after chatter that is summed."""
     p, up = step.p, count[UP] == 1
-    top, bottom = wall_places(p)
     into = 1.0 if up else -1.0
     u, _ = rebound(p, up, v)
     u = 0.0 if u < NO_SPEED else u
-    ball[PLACE], ball[VELOCITY], count[LEFT], count[RESTING] = top if up else bottom, -into * u, 1, 0
+    ball[PLACE], ball[VELOCITY], count[LEFT], count[RESTING] = wall_place(p, up), -into * u, 1, 0
     ball[ALOFT], ball[RESTED] = -ball[NOW], 0.0
     press = pressing(step, ball, up, -into * u, ball[NOW])
     if press > 0.0:
         if u == 0.0:
             count[RESTING] = REST
         elif u < v and may_be_summed(p, up, v, step.chatter, press):
-            phi, _ = phase_and_turns(p, ball[ANGLE], ball[NOW])
-            begin(p, angle(phi), ball[PLACE], -into * u)
+            begin(p, angle(phase_at(p, ball[ANGLE], ball[NOW])), ball[PLACE], -into * u)
             bounds = limits(p, 0.0)
             x, summable = accumulation(u, v, press, bounds.jerk, bounds.snap)
             if summable and keeps_ratio(p, up, u, u / v, x * phase_rate(p)):
@@ -168,8 +176,7 @@ def record_impact(p, ball, count, up, v, impacts):
     count[UP] = up
     count[BOUNCES] += 1
     if count[HITS] < len(impacts):
-        phi, _ = phase_and_turns(p, ball[ANGLE], ball[NOW])
-        impacts[count[HITS]] = 0.0 if up == on_top(p) else 1.0, v, phi
+        impacts[count[HITS]] = 0.0 if up == on_top(p) else 1.0, v, phase_at(p, ball[ANGLE], ball[NOW])
         count[HITS] += 1
 
 
@@ -204,8 +211,9 @@ def advance(step, ball, count, out):
                 break
             ball[NOW] = s
         n = expand_about(step.noise, ball[NOW])
-        phi, _ = phase_and_turns(p, ball[ANGLE], ball[NOW])
-        begin(p, angle(phi), ball[PLACE] - n.value, ball[VELOCITY] * (count[RESTING] == 0) - n.rate)
+        begin(
+            p, angle(phase_at(p, ball[ANGLE], ball[NOW])), ball[PLACE] - n.value, ball[VELOCITY] * (count[RESTING] == 0) - n.rate
+        )
         left = h - ball[NOW]
         x, up = next_wall(p, ball, count, n, left)
         if x == 0.0 or left <= 0.0:  # it does not lift off

@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 
 from nsmaps.exact.engine.accumulation import accumulation_time
 from nsmaps.exact.engine.constants import MOST_IMPACTS
-from nsmaps.exact.engine.flight.flow import evaluate, on_top, rebound, start, wall_places
+from nsmaps.exact.engine.flight.flow import evaluate, on_top, rebound, start, wall_place
 from nsmaps.exact.engine.jit import entry, inlined, inner
-from nsmaps.exact.engine.returns import CHATTER, ESCAPED, FOREVER, IMPACT, PHASE, SPEED, Impact, follow, phase_and_turns
+from nsmaps.exact.engine.returns import CHATTER, ESCAPED, FOREVER, IMPACT, PHASE, SPEED, Impact, follow, phase_at
 from nsmaps.exact.observables.sums import LEAST, MOST_CHATTER, at_impact, at_rest, follow_batches, join_panels
 
 PAUSE = 10_000  # returns, within about a second, after which Ctrl-C is heard
@@ -63,8 +63,7 @@ def join_chatter(p, q, up, z, impact, u):
         if not v > LEAST * u:
             break
         after, _ = rebound(p, up, v)
-        phi, _ = phase_and_turns(p, impact.phase, x * (1.0 - after / u))
-        v = join_impact(p, q, up, z, phi, v)
+        v = join_impact(p, q, up, z, phase_at(p, impact.phase, x * (1.0 - after / u)), v)
     else:
         q.total[: q.at.shape[1]] = math.nan
     q.y[V], q.y[V_AFTER], q.y[PLACE] = 0.0, 0.0, z
@@ -78,16 +77,13 @@ def instant(q, s, flown):
     if flown.flies:
         d, v, _, _, _, _ = evaluate(flown.p, s)
     q.y[AT_PLACE], q.y[AT_VELOCITY] = flown.place + d, v
-    phi, _ = phase_and_turns(flown.p, flown.phase, s)
-    return phi
+    return phase_at(flown.p, flown.phase, s)
 
 
 @inner
 def join_event(p, impact, event, q, counts):
     """The observer of totals: join the values of an impact, and of the flight or the rest after it, if these count."""
-    up, phi = impact.up, impact.phase
-    top, bottom = wall_places(p)
-    z = top if up else bottom
+    up, phi, z = impact.up, impact.phase, wall_place(p, impact.up)
     if counts and q.impact != 0 and impact.speed > 0.0:
         u = join_impact(p, q, up, z, phi, impact.speed)
         if event.ended in (CHATTER, FOREVER):

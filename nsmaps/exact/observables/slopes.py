@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 
 from nsmaps.exact.engine.constants import MOST_IMPACTS
 from nsmaps.exact.engine.flight.derivatives import parameter_tangent_at, tangent_at
-from nsmaps.exact.engine.flight.flow import angle, evaluate, on_top, phase_rate, rebound, wall_places
+from nsmaps.exact.engine.flight.flow import angle, evaluate, on_top, phase_rate, rebound, wall_place
 from nsmaps.exact.engine.jit import entry, inlined, inner
-from nsmaps.exact.engine.returns import IMPACT, PHASE, SPEED, Impact, follow, phase_and_turns
+from nsmaps.exact.engine.returns import IMPACT, PHASE, SPEED, Impact, follow, phase_at
 from nsmaps.exact.observables.flights import AT_PLACE, AT_VELOCITY, PLACE, V_AFTER, Flown, V, instant, row_of
 from nsmaps.exact.observables.memory import BY_INPUT, VALUE
 from nsmaps.exact.observables.sums import evaluate_formulas, over_panel, panels
@@ -105,8 +105,7 @@ def add_instant(x, weight, context):
         g.d[AT_PLACE, j] = z_phi * turned + z_w * g.back[AFTER, j] + by * (leg.place_p + place_p)
         g.d[AT_VELOCITY, j] = v_phi * turned + v_w * g.back[AFTER, j] + by * velocity_p
         g.phase[j] = turned + by * leg.rate_p * x
-    phi, _ = phase_and_turns(p, leg.phase, x)
-    evaluate_formulas(q, q.flight, phi)
+    evaluate_formulas(q, q.flight, phase_at(p, leg.phase, x))
     add_slopes(q, g, OF_FLIGHTS, leg.row, True, weight, slopes)
 
 
@@ -114,15 +113,14 @@ def add_instant(x, weight, context):
 def carry_to_impact(p, sums, leg, up, s):
     """Carry the derivatives of the state to the next impact, after a time s, and add those of the time of the flight."""
     moved, q, g, slopes = sums
-    at, (top_p, bottom_p) = angle(leg.phase), wall_places(moved)
+    at = angle(leg.phase)
     place_p, velocity_p = parameter_tangent_at(p, moved, at, leg.place, leg.place_p, leg.velocity, s)
     z_phi, z_w, v_phi, v_w = tangent_at(p, at, s)
     d, velocity, a, _, _, _ = evaluate(p, s)
-    into, wall_p, first = (1.0 if up else -1.0), top_p if up else bottom_p, q.at.shape[1]
+    into, wall_p, first = (1.0 if up else -1.0), wall_place(moved, up), q.at.shape[1]
     if q.flight != 0:
         q.y[AT_PLACE], q.y[AT_VELOCITY] = leg.place + d, velocity
-        phi, _ = phase_and_turns(p, leg.phase, s)
-        evaluate_formulas(q, q.flight, phi)
+        evaluate_formulas(q, q.flight, phase_at(p, leg.phase, s))
     for j in range(3):
         by, turned = along_parameters(j), g.carried[PHASE, j]
         dt = -(by * (leg.place_p - wall_p + place_p) + z_phi * turned + z_w * g.back[AFTER, j]) / velocity
@@ -139,8 +137,7 @@ def add_event(p, impact, event, sums, smooth):
     moved, q, g, _ = sums
     if event.ended != IMPACT or not smooth:
         return False
-    (top, bottom), (top_p, bottom_p), into = wall_places(p), wall_places(moved), 1.0 if impact.up else -1.0
-    z, z_p = (top, top_p) if impact.up else (bottom, bottom_p)
+    z, z_p, into = wall_place(p, impact.up), wall_place(moved, impact.up), 1.0 if impact.up else -1.0
     u_p, _ = rebound(moved, impact.up, impact.speed)
     leg = Leg(row_of(p, impact.up), impact.phase, z, event.velocity, z_p, u_p, phase_rate(moved))
     if q.impact != 0:

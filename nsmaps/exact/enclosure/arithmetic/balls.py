@@ -177,10 +177,9 @@ def bmin(a, b):
 
 
 @inner
-def reduce_phase(phi):
-    """The phase reduced modulo 2 pi, its centre in [0, 2 pi), and the angle of the turns removed."""
-    turns = bmul(exact(np.floor(phi.centre / (2.0 * math.pi))), Ball(2.0 * math.pi, 2.0 * PI_REST))
-    return bsub(phi, turns), turns
+def angle_of_turns(phi):
+    """The angle of the whole turns in a phase."""
+    return bmul(exact(np.floor(phi / (2.0 * math.pi))), Ball(2.0 * math.pi, 2.0 * PI_REST))
 
 
 @inlined

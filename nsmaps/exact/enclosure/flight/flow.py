@@ -23,17 +23,19 @@ from nsmaps.exact.enclosure.arithmetic.balls import (
     bsub,
     exact,
     put_ball,
+    put_balls,
     two_balls,
 )
 from nsmaps.exact.enclosure.arithmetic.elementary import bwave
 from nsmaps.exact.enclosure.flight.terms import (
+    RATE_BEGIN,
+    RATE_SIZE,
     Motion,
     add_chains,
     add_rate,
     add_wave,
     ball_remainders,
     polynomial,
-    put_remainders,
     rate_of,
     remainders_in,
 )
@@ -67,7 +69,6 @@ from nsmaps.exact.engine.flight.layout import (
 )
 from nsmaps.exact.engine.flight.layout import ONE as CONSTANT
 from nsmaps.exact.engine.flight.motion import pair
-from nsmaps.exact.engine.flight.remainders import Remainders
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.law import write_law_ball
 
@@ -224,7 +225,7 @@ def at_time(p, s):
                 factor = bmul(bmul(real, s), Ball(1.0 / m, UNIT))
                 imaginary = bmul(bmul(imaginary, s), Ball(1.0 / m, UNIT))
                 real, x, y = factor, factor, imaginary
-        put_remainders(p, i, Remainders(x, y, real, imaginary))
+        put_balls(t, p.basis + RATE_BEGIN + RATE_SIZE * i, (x, y, real, imaginary))
 
 
 @inner
@@ -256,21 +257,13 @@ def ball_motion(p, c, w, orders):
 
 
 @inlined
-def by_speed(p, c, orders):
-    """Derivatives of displacement, velocity and acceleration at the time of `at_time` by the velocity of the start."""
-    s = ball_in(p.table, p.basis)
-    if p.table[DAMPED] == 0.0:
-        return s, ONE, ZERO
-    d, v, a, _ = apply_coefficients(p, c, BY_SPEED, orders)
-    return badd(s, d), badd(ONE, v), a
-
-
-@inlined
 def ball_tangent(p, c, orders):
     """Derivatives of displacement, velocity and, where `orders` is two, acceleration by phase and velocity of the start."""
-    d, v, a, _ = apply_coefficients(p, c, BY_PHASE, orders)
-    d_w, v_w, a_w = by_speed(p, c, orders)
-    return Tangent(d, d_w, v, v_w, a, a_w)
+    (d, v, a, _), s = apply_coefficients(p, c, BY_PHASE, orders), ball_in(p.table, p.basis)
+    if p.table[DAMPED] == 0.0:
+        return Tangent(d, s, v, ONE, a, ZERO)
+    d_w, v_w, a_w, _ = apply_coefficients(p, c, BY_SPEED, orders)
+    return Tangent(d, badd(s, d_w), v, badd(ONE, v_w), a, a_w)
 
 
 @inlined

@@ -28,7 +28,7 @@ from nsmaps.exact.engine.flight.layout import HARMONICS, WIDE
 from nsmaps.exact.engine.jit import allocating, entry, inner
 from nsmaps.exact.engine.march import gap_ahead, is_ambiguous, wall_distances, wall_gap
 from nsmaps.exact.engine.observers import BASE, OTHER, Arrival, FirstReturn, base_of, first_return, saltation, write_return
-from nsmaps.exact.engine.returns import INVALID, PHASE, RETURNED, SPEED, append_symbol, ends_chatter, may_be_summed, phase_after
+from nsmaps.exact.engine.returns import INVALID, PHASE, RETURNED, SPEED, accumulation, append_symbol, may_be_summed, phase_after
 from nsmaps.exact.engine.steps import careful_step, departure, is_converged, surely_reached, taylor_root
 
 FEW = 16  # fewer returns than this are not computed in a block
@@ -51,8 +51,9 @@ def launch(p, t, n, up, chatter):
         press = -gap.acceleration
         odd = t[AT.needs_scalar + k] > 0.0 or not u >= NO_SPEED
         jerk, snap = t[AT.jerk + k], t[AT.snap + k]
-        odd = odd or (press > 0.0 and may_be_summed(p, up, v, chatter, press) and u < v and ends_chatter(u, v, press, jerk, snap))
-        surely, h = departure(two, gap, room_up + room_down, t[AT.jerk + k], t[AT.snap + k])
+        _, summable = accumulation(u, v, press, jerk, snap)
+        odd = odd or (press > 0.0 and may_be_summed(p, up, v, chatter, press) and u < v and summable)
+        surely, h = departure(two, gap, room_up + room_down, jerk, snap)
         write_gap(t, k, gap)
         t[AT.now + k], t[AT.ahead + k], t[AT.to_up + k] = 0.0, h, 1.0 if up else 0.0
         t[AT.needs_scalar + k], t[AT.open + k] = 1.0 if odd else 0.0, 0.0 if surely or odd else 1.0

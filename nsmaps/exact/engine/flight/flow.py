@@ -67,6 +67,12 @@ def wall_places(p):
 
 
 @inlined
+def wall_place(p, up):
+    """Displacement of the upper or of the lower wall."""
+    return p.table[TOP] if up else p.table[BOTTOM]
+
+
+@inlined
 def walls_of(p):
     """Three truth values: an upper wall exists, a lower wall exists, the base wall is the upper one."""
     return p.table[HAS_UP] > 0.0, p.table[HAS_DOWN] > 0.0, p.table[BASE_UP] > 0.0

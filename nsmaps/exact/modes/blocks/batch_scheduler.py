@@ -10,7 +10,7 @@ import math
 from nsmaps.exact.engine.jit import inner, long_entry
 from nsmaps.exact.engine.returns import RETURNED, UNDECIDED
 from nsmaps.exact.modes.blocks.events_block import NONE, NOT_PLAIN, begin_block, pass_events
-from nsmaps.exact.modes.blocks.flights_block import UNSURE, load_column, move, next_events, store_column, turn_phases
+from nsmaps.exact.modes.blocks.flights_block import UNSURE, load_column, move, next_events, store_column
 from nsmaps.exact.modes.blocks.workspace import (
     AT,
     BATCH,
@@ -29,7 +29,7 @@ from nsmaps.exact.modes.blocks.workspace import (
 )
 from nsmaps.exact.modes.march.beginning import GOES_ON, brief
 from nsmaps.exact.modes.march.events import Motion, Passage, take_event
-from nsmaps.exact.modes.march.returns import PAUSE, begin_return, end_of_return, write_first_return, write_image, write_return
+from nsmaps.exact.modes.march.returns import PAUSE, begin_return, end_of_return, first_return, write_image, write_return
 from nsmaps.exact.modes.march.starting import find_start
 from nsmaps.exact.modes.march.words import append_letter
 from nsmaps.exact.modes.tables.memory import FLIGHT_TIME, NO_FUNCTION, PIECES
@@ -209,7 +209,6 @@ def advance_block(p, mode, found, r, b, w):
     gather(p, mode, n, b)
     next_events(p, mode, n, b, w)
     move(p, mode, n, b)
-    turn_phases(p, mode, n, b)
     pass_events(p, mode, found, r, n, b)
     for k in range(n):
         i = b.h[IN.motion + k]
@@ -254,7 +253,9 @@ def returns(p, found, at, w, b):
             returns_in_blocks(p, found, r, b, w)
         for k in range(at[MOTION], found.states.shape[1]):
             if not in_blocks or found.outcome[r, k] == LEFT:
-                write_first_return(p, found, r, k, w)
+                ended = first_return(p, found.states[r, k], w)
+                write_image(found, r, k, w)
+                write_return(p, found, r, k, ended)
             at[MOTION] = k + 1
             if w.integers[PIECES] > PAUSE:
                 return False

@@ -130,7 +130,7 @@ def next_events(p, mode, n, b, w):
 
 @inner
 def move(p, mode, n, b):
-    """Move states and their derivatives to the times of columns: exp(Y tau) times them.
+    """Move states and their derivatives to the times of columns, exp(Y tau) times them, and phases with their waves.
 
     Entries of exp(Y tau) - 1 are polynomials; those of some states are given less those of another one.
     """
@@ -156,6 +156,10 @@ def move(p, mode, n, b):
         for i in range(states):
             for k in range(n):
                 b.features[d, i, k] += b.change[d, i, k]
+    t, h = b.t, b.h
+    for k in range(n):
+        t[AT.phase + k], h[IN.windings + k] = within_turn(t[AT.phase + k] + p.rate * (t[AT.time + k] * p.steps[mode]))
+    write_waves(p, n, b)
 
 
 @inner
@@ -175,12 +179,3 @@ def write_change(p, mode, i, n, b):
         for d in range(len(b.features)):
             for k in range(n):
                 b.change[d, i, k] += b.t[AT.value + k] * b.features[d, j, k]
-
-
-@inner
-def turn_phases(p, mode, n, b):
-    """Take the phases of columns along, and write their waves."""
-    t, h = b.t, b.h
-    for k in range(n):
-        t[AT.phase + k], h[IN.windings + k] = within_turn(t[AT.phase + k] + p.rate * (t[AT.time + k] * p.steps[mode]))
-    write_waves(p, n, b)

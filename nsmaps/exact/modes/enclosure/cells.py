@@ -31,16 +31,16 @@ MOST_BELOW = 1_000_000  # functions below zero at a start
 @inner
 def distance(p, b, w):
     """Bounds on how far the states of a set are from a start, as `away` of `march/section.py`; its features are `w.z`."""
-    nearest, farthest, k = 0.0, 0.0, p.starts[b]
-    mode = p.mode[k]
-    for f in span(p.watched, mode):
+    nearest, farthest, k = 0.0, 0.0, p.table.starts[b]
+    mode = p.table.mode[k]
+    for f in span(p.table.watched, mode):
         row, rate = p.functions[f, VALUE], w.rows[RATE]
         apply_row(row, w.z, w.delay)
         large, small = 0.0, 0.0
         for j in range(len(row)):
             large += abs(row[j]) * magnitude(w.z[j])
             small += abs(row[j]) * max(abs(w.z[j, CENTRE]) - radius(w.z[j]), 0.0)
-        own = f == p.function[k]
+        own = f == p.table.function[k]
         apply_row(p.functions[f, RATE], w.z, rate)
         large += STEP * magnitude(rate)
         small += max(abs(rate[CENTRE]) - radius(rate), 0.0)
@@ -57,7 +57,7 @@ def distance(p, b, w):
 def nearest_start(p, cell, w):
     """The least of the distances within which some start of all states of a cell certainly is."""
     bound = math.inf
-    for b in range(len(p.starts)):
+    for b in range(len(p.table.starts)):
         _, sure = put_start(p, b, cell, w)
         _, far = distance(p, b, w)
         if sure and far < bound:
@@ -68,11 +68,11 @@ def nearest_start(p, cell, w):
 @inner
 def most_below(p, b, w):
     """A bound on how many functions are below zero at a start, as `below_after` of `march/section.py`; its features are `w.z`."""
-    mode = p.mode[p.starts[b]]
-    count = p.below[mode]
-    for f in span(p.watched, mode):
+    mode = p.table.mode[p.table.starts[b]]
+    count = p.table.below[mode]
+    for f in span(p.table.watched, mode):
         apply_row(p.functions[f, VALUE], w.z, w.delay)
-        if f != p.function[p.starts[b]] and lower_bound(w.delay) <= AT_ONCE * magnitude(w.delay):
+        if f != p.table.function[p.table.starts[b]] and lower_bound(w.delay) <= AT_ONCE * magnitude(w.delay):
             count += 1
     return count
 
@@ -81,7 +81,7 @@ def most_below(p, b, w):
 def fewest_below(p, cell, w):
     """The least of these bounds at starts where all states of a cell certainly are, and fall."""
     fewest = MOST_BELOW
-    for b in range(len(p.starts)):
+    for b in range(len(p.table.starts)):
         _, sure = put_start(p, b, cell, w)
         _, far = distance(p, b, w)
         if sure and far <= AT_ONCE:
@@ -106,12 +106,12 @@ def first_events_of(p, part, w):
 @inner
 def start_images(p, b, number, w):
     """The images of the set of a start in the first place, beyond so many: see `follow_sets`."""
-    k = p.starts[b]
-    if not p.after:
+    k = p.table.starts[b]
+    if not p.table.after:
         apply_reset(p, k, w.parts[FIRST], w)
-    w.kind[FIRST, MODE], w.kind[FIRST, BEHIND] = p.target[k], b
-    w.kind[FIRST, KNOWN] = STARTED | (0 if p.after else FALLING)
-    code, place_value = append_letter(p.base, p.digit[k], 0, 1)
+    w.kind[FIRST, MODE], w.kind[FIRST, BEHIND] = p.table.target[k], b
+    w.kind[FIRST, KNOWN] = STARTED | (0 if p.table.after else FALLING)
+    code, place_value = append_letter(p.table.base, p.table.digit[k], 0, 1)
     put_word(w.box, FIRST, code, place_value)
     return follow_sets(p, number, w, first_events_of, take_event)
 
@@ -122,12 +122,12 @@ def cell_images(p, k, w):
     cell, number, bounded, missing, whole, used, sure_start = w.box.cells[k], 0, True, False, True, 0, False
     w.excess[:] = 0.0
     w.box.spread[:] = 0.0
-    several = len(p.starts) > 1
+    several = len(p.table.starts) > 1
     reach, fewest = (nearest_start(p, cell, w), fewest_below(p, cell, w)) if several else (math.inf, MOST_BELOW)
-    for b in range(len(p.starts)):
+    for b in range(len(p.table.starts)):
         may, surely = put_start(p, b, cell, w)
         near, _ = distance(p, b, w) if several else (0.0, 0.0)
-        if not may or (several and (near > reach or p.below[p.mode[p.starts[b]]] > fewest)):
+        if not may or (several and (near > reach or p.table.below[p.table.mode[p.table.starts[b]]] > fewest)):
             continue
         may, falls = fall_at_start(p, b, w)
         sure_start = sure_start or (surely and falls)

@@ -47,7 +47,7 @@ def flight_of(p, part, w):
     """The flight of a set."""
     known, behind = w.kind[part, KNOWN], w.kind[part, BEHIND]
     mode = w.kind[part, MODE]
-    return ModeFlight(part, mode, known, behind, p.starts[behind] if known & STARTED else behind, p.last[mode])
+    return ModeFlight(part, mode, known, behind, p.table.starts[behind] if known & STARTED else behind, p.last[mode])
 
 
 @inlined
@@ -99,7 +99,7 @@ def spread_by_guard(p, function, w):
 def events_at_once(p, flight, w):
     """Write the events that take place at the start: (whether all states have one, their number)."""
     known, number, whole, delay = flight.known, 0, False, w.delay
-    for f in span(p.watched, flight.mode):
+    for f in span(p.table.watched, flight.mode):
         measure(p, f, LONGEST, w)
         on = is_on(p, flight, f)
         k = RATE if on else VALUE
@@ -125,7 +125,7 @@ def survey_guards(p, flight, s, narrow, w):
     if s > 0.0 or narrow:
         flow_to(p, flight.mode, s, w)
     f, least, second, over = -1, math.inf, math.inf, False
-    for k in span(p.watched, flight.mode):
+    for k in span(p.table.watched, flight.mode):
         measure(p, k, LONGEST, w)
         begins = s == 0.0 and is_on(p, flight, k)
         clear = clear_time(k, begins, begins and does_rise(p, flight, k), w)
@@ -156,7 +156,7 @@ def land_on_guard(p, flight, near, number, w):
 @inner
 def record_events(p, flight, near, h, number, w):
     """Write the possible events within a time h; returns their number with those before."""
-    for f in span(p.watched, flight.mode):
+    for f in span(p.table.watched, flight.mode):
         possible = w.clear[f] <= h and number + 1 < len(w.hits)
         if possible and enclose_passage(p, flight, near, f, h, w, w.hits[number]):
             put_event(w, number, f, (FALLING if w.proper[f] else 0) | LOOSE)
@@ -180,7 +180,7 @@ def take_step(p, flight, near, number, w):
 def first_events(p, part, w):
     """Write all possible first events of a set into `hits` and `events`: the `SetFlight`."""
     flight = flight_of(p, part, w)
-    put_features(w.parts[part], w.start, p.resets.shape[1])
+    put_features(w.parts[part], w.start, p.table.resets.shape[1])
     flow_to(p, flight.mode, 0.0, w)
     done, number = events_at_once(p, flight, w)
     if done:

@@ -9,8 +9,6 @@ symbols; its *features* are the forms of the states, of 1 and of the waves of th
 as in `balls`.
 """
 
-import math
-
 from nsmaps.exact.enclosure.arithmetic.balls import GROW, TINY, UNIT, Ball, bneg, high, low
 from nsmaps.exact.enclosure.arithmetic.elementary import bwave
 from nsmaps.exact.engine.constants import ROUNDING
@@ -30,12 +28,6 @@ def radius(form):
     for k in range(SYMBOLS, len(form) - 1):
         total += abs(form[k])
     return total * GROW
-
-
-@inlined
-def linear_radius(form):
-    """A bound on the part of a form that is linear in the symbols."""
-    return radius(form) - form[REMAINDER]
 
 
 @inlined
@@ -172,18 +164,13 @@ def shave(a_set, form, least_wanted):
         if share > 0.0 and above * BEYOND < 2.0 * share:  # e_k >= 1 - above/share, where a_k > 0
             part = min(above * BEYOND / (2.0 * share) + ROUNDING, 1.0)
             middle = (1.0 - part) if form[k] > 0.0 else (part - 1.0)
-            for i in range(len(a_set)):
-                narrow_symbol(a_set[i], k, middle, part)
+            for i in range(len(a_set)):  # by a new symbol for this part of the range
+                each = a_set[i]
+                size = abs(each[CENTRE]) + abs(each[k])
+                each[CENTRE] += each[k] * middle
+                each[k] *= part
+                each[REMAINDER] = (each[REMAINDER] + ROUNDINGS * size) * GROW
     return True
-
-
-@inlined
-def narrow_symbol(form, k, middle, part):
-    """Write the form for values of a symbol within a part of its range about a middle, by a new symbol."""
-    size = abs(form[CENTRE]) + abs(form[k])
-    form[CENTRE] += form[k] * middle
-    form[k] *= part
-    form[REMAINDER] = (form[REMAINDER] + ROUNDINGS * size) * GROW
 
 
 @inner
@@ -195,9 +182,3 @@ def fill(a_set, lower, upper):
         half = max(middle - lower[i], upper[i] - middle)
         if half > 0.0:
             side[SYMBOLS + i] = (half + UNIT * abs(middle)) * GROW
-
-
-@inlined
-def is_finite(form):
-    """Whether a form is bounded."""
-    return math.isfinite(form[CENTRE]) and math.isfinite(radius(form))

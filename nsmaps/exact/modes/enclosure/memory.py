@@ -44,8 +44,8 @@ class BallMemory(NamedTuple):
 
 def ball_memory(p: BallTables) -> BallMemory:
     """Memory for a table."""
-    functions, (_, n, width) = len(p.functions), p.resets.shape
-    phase = int(np.argmin(p.places)) if (p.places < 0).any() else -1
+    functions, (_, n, width) = len(p.functions), p.table.resets.shape
+    phase = int(np.argmin(p.table.places)) if (p.table.places < 0).any() else -1
     q = n + 3
     matrices = {name: np.zeros((width, width)) for name in ("e", "off", "f", "f_off")}
     features = {name: np.zeros((width, q)) for name in ("start", "z", "rates", "bends")}
@@ -54,7 +54,7 @@ def ball_memory(p: BallTables) -> BallMemory:
         **matrices,
         **features,
         **values,
-        box=box_memory(len(p.places), phase),
+        box=box_memory(len(p.table.places), phase),
         parts=np.zeros((MOST_PARTS + 1, n + 1, q)),
         kind=np.zeros((MOST_PARTS + 1, 3), np.int64),
         hits=np.zeros((MOST_HITS + 1, n + 1, q)),
@@ -66,5 +66,5 @@ def ball_memory(p: BallTables) -> BallMemory:
         proper=np.zeros(functions, bool),
         lower=np.zeros(width),
         upper=np.zeros(width),
-        excess=np.zeros(len(p.places)),
+        excess=np.zeros(len(p.table.places)),
     )

@@ -34,7 +34,7 @@ WIDER = 1.0 + 1e-12  #: more than the rounding of sums and products of numbers t
 class BallTables(NamedTuple):
     """One system: n states, N = n + 1 + 2 H features, M modes, T transitions, S functions watched, B starts."""
 
-    cell: Any  #: shape (M,), length of a cell, in the system's time
+    table: Tables  #: that of its motions, of whose numbers rows are used
     turn: Any  #: shape (M,), radians of phase a cell
     last: Any  #: shape (M,), longest flight, in cells
     powers: Any  #: shape (M, POWERS + 1, N, N), Y^k/k!
@@ -44,32 +44,11 @@ class BallTables(NamedTuple):
     far: Any  #: shape (M, CELLS, N, N), exp(Y k CELLS)
     flows: Any  #: shape (M, N, N), Y
     third: Any  #: shape (M, N, N), |Y|^3 exp(|Y|)
-    watched: Any  #: shape (M + 1,), where the functions of each mode begin
     functions: Any  #: shape (S, RATES, N), h Y^k of each function h z
     bounds: Any  #: shape (S, N), |h Y^RATES| exp(|Y|)
-    choices: Any  #: shape (S + 1,), where the transitions of each function begin in `chosen`
-    chosen: Any  #: shape (T,)
-    mode: Any  #: shape (T,), in which it takes place
-    target: Any  #: shape (T,), mode that follows, -1 where the motion ends
-    leaves: Any  #: shape (S,), whether sliding or contact ends where it is negative
-    resets: Any  #: shape (T, n, N)
-    moves: Any  #: shape (T,), whether there is a reset
-    conditions: Any  #: shape (T + 1,), where the conditions of each transition begin
-    where: Any  #: rows over the features that must not be negative
-    digit: Any  #: shape (T,), of the letter in words, 0 for none
-    base: int  #: of the numbers of words
     on: Any  #: shape (T, S), whether the function is zero just after the event
     rises: Any  #: shape (T, S), whether its rate is then not negative, as that of the function of the event is not positive
-    surfaces: Any  #: shape (Q, 3, N), function of each surface of sliding, its rate above, and below with the other sign
-    beside: Any  #: shape (Q, M), whether the mode lies above or below the surface
-    below: Any  #: shape (M,), how many of the functions that are crossed in a mode are below zero there
-    is_section: Any  #: shape (T,)
-    after: bool  #: whether start and image are just after the reset
-    starts: Any  #: shape (B,), the transition of each
-    states: Any  #: shape (B, n, N), the state by that which the coordinates are
-    function: Any  #: shape (T,), that is zero at the event
     started: Any  #: shape (B, S), as `on`, for starts
-    places: Any  #: shape (m,), the state that each coordinate is, -1 for the phase
 
 
 def ball_tables(definition: Definition, values: Sequence[float], table: Tables) -> BallTables:
@@ -85,8 +64,7 @@ def ball_tables(definition: Definition, values: Sequence[float], table: Tables) 
         fields |= derived_of([rows.functions[k] for k in first_choices(table)], table, units)
         fields |= facts_of(definition, values, table).fields
         turns = np.array([nearest_float(rate * cell) for cell in cells])
-    fields |= {"cell": np.array(cells), "turn": turns, "last": table.horizon / np.array(cells)}
-    return BallTables(**{name: fields[name] if name in fields else getattr(table, name) for name in BallTables._fields})
+    return BallTables(table, **fields, turn=turns, last=table.horizon / np.array(cells))
 
 
 def floats(matrix: arb_mat) -> Floats:

@@ -36,32 +36,13 @@ MOST_HALVINGS = 60  # of a step whose series is not the flight
 
 
 @inner
-def expand(p, mode, w):
-    """Write the series of own and derived states in time, from the features in memory."""
+def expand(step, count, state, series, w):
+    """Write the series in time that heyoka's step at an address has of a state, with the first features in memory, so many."""
     q = w.piece
-    for j in range(len(q.state)):
-        q.state[j] = w.z[j]
+    for j in range(count):
+        state[j] = w.z[j]
     q.settings[PHASE], q.time[ONLY], q.halt[ONLY] = q.phase[ONLY], 0.0, 0.0
-    call_step(
-        p.taylor[mode], q.state.ctypes.data, q.settings.ctypes.data, q.time.ctypes.data, q.halt.ctypes.data, q.series.ctypes.data
-    )
-
-
-@inner
-def vary(p, mode, w):
-    """Write the series of the derivatives of own states by their start, the phase and the parameters along a direction."""
-    q, program = w.piece, 1 if w.moved.here else 0
-    for j in range(p.own):
-        q.varied[j] = w.z[j]
-    q.settings[PHASE], q.time[ONLY], q.halt[ONLY] = q.phase[ONLY], 0.0, 0.0
-    call_step(
-        p.variations[program, mode],
-        q.varied.ctypes.data,
-        q.settings.ctypes.data,
-        q.time.ctypes.data,
-        q.halt.ctypes.data,
-        q.variations.ctypes.data,
-    )
+    call_step(step, state.ctypes.data, q.settings.ctypes.data, q.time.ctypes.data, q.halt.ctypes.data, series.ctypes.data)
 
 
 @inner
@@ -179,11 +160,11 @@ def localize_wave(turn, cosine, w):
 @inner
 def take_step(p, mode, max_length, w):
     """Begin a piece of a Taylor flight at the features in memory: its length; zero where no Taylor series is the flight."""
-    derivatives = w.dz.shape[1] > 0
+    q, derivatives = w.piece, w.dz.shape[1] > 0
     if derivatives:
-        vary(p, mode, w)
-    if not derivatives or len(w.piece.derived) > 0:  # else the series are the first rows of the derivatives'
-        expand(p, mode, w)
+        expand(p.variations[1 if w.moved.here else 0, mode], p.own, q.varied, q.variations, w)
+    if not derivatives or len(q.derived) > 0:  # else the series are the first rows of the derivatives'
+        expand(p.taylor[mode], len(q.state), q.state, q.series, w)
     waves = (len(w.z) - len(w.piece.state) - 1) // 2
     h = min(max_length, TURNED / (waves * p.rate)) if waves > 0 else max_length
     h = min(h, TWO_PI / p.rate) if p.rate > 0.0 else h

@@ -80,19 +80,12 @@ def size_of_feature(p, j, known, w):
 
 
 @inner
-def grown_to(w):
-    """Take note of how large the states have been in a return."""
-    for j in range(len(w.scales)):
-        w.scales[j] = max(w.scales[j], abs(w.z[j]))
-
-
-@inner
 def further_term(p, mode, k, w):
     """Write the term k + 1 of the Taylor series of the features in memory, in the time unit of the mode, from the term k."""
     if len(p.nonlinear) == 0:
         next_term(p, mode, w.d, k, False)
     elif k == 0:
-        expand(p, mode, w)
+        expand(p.taylor[mode], len(w.piece.state), w.piece.state, w.piece.series, w)
         for j in range(len(w.piece.state)):
             power = 1.0
             for m in range(DEGREE + 1):
@@ -179,7 +172,8 @@ def begin_mode(p, mode, w):
         return ACCUMULATES
     if is_repelled(p, mode, w):
         return REPELLING
-    grown_to(w)
+    for j in range(len(w.scales)):
+        w.scales[j] = max(w.scales[j], abs(w.z[j]))  # how large states have been in the return
     for f in range(p.watched[mode], p.watched[mode + END]):
         if w.on[f] == TERMS:
             continue

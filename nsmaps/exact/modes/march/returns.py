@@ -247,14 +247,6 @@ def write_image(found, r, k, w):
         found.margins[r, k, c] = w.margins[c]
 
 
-@inner
-def write_first_return(p, found, r, k, w):
-    """Compute return number r of a motion by itself, and write it to a record."""
-    ended = first_return(p, found.states[r, k], w)
-    write_image(found, r, k, w)
-    write_return(p, found, r, k, ended)
-
-
 @long_entry
 def arrivals(p, modes, states, phases, found, begin, w):
     """The first arrivals at the section of states (M, n) in modes (M,), from one on, written to a `Record` of one return.

@@ -203,12 +203,6 @@ def reach_or_first_step(gap, end, error, on, jerk, snap):
 
 
 @inner
-def falls_at_once(a, on):
-    """Whether a polynomial is negative at the start, or with `on` falls from zero there."""
-    return a[CONSTANT] < 0.0 or (on and (a[LINEAR] < 0.0 or (a[LINEAR] == 0.0 and a[SQUARE] < 0.0)))
-
-
-@inner
 def stays_positive(lead, size, left):
     """Whether the first term that is not zero, at the end, surely outweighs all others on the way."""
     return 2.0 * lead - size > left + 2.0 * ROUNDING * size
@@ -221,7 +215,7 @@ def first_zero(a, end, left, on):
     `left` bounds what the polynomial leaves out. With `on` it begins at zero; where it falls from there, or is negative at the
     start, the zero is at once. Bounds hold up to `end`, and no step goes beyond. Rounding is counted in the sizes of the terms.
     """
-    if falls_at_once(a, on):
+    if a[CONSTANT] < 0.0 or (on and (a[LINEAR] < 0.0 or (a[LINEAR] == 0.0 and a[SQUARE] < 0.0))):
         bend, _, _ = limits(a, end)
         return Zero(True, 0.0, a[CONSTANT] < 0.0 and a[LINEAR] * a[LINEAR] <= SAFE * ROUNDING * size_of(a, end) * bend)
     size = size_of(a, end)
@@ -257,10 +251,7 @@ def minima(a, end, b):
 
     A rate that is zero at either end but for rounding is zero: a minimum that is met at an event counts before it, once.
     """
-    for k in range(ORDER):
-        following = k + 1
-        b[k] = following * a[following]
-    b[ORDER] = 0.0
+    differentiate(a, b)
     x, least, number, rounding = 0.0, math.inf, 0, EQUAL * size_of(b, end)
     if abs(b[CONSTANT]) <= rounding:
         b[CONSTANT] = 0.0

@@ -39,14 +39,11 @@ def fastest_of(definition: Definition, table: Tables, starts: Floats, between: b
     """
     at_events, ever = np.zeros(len(table.functions)), np.zeros(len(table.functions))
     for begin, _, times, states in flights_of(definition, table, starts):
-        rates = np.abs(rates_of(table, begin.mode, begin.phase + table.rate * times, states))
+        phases = begin.phase + table.rate * times
+        rates = np.abs(velocities(table, begin.mode, features_of(table, states, phases), phases) @ table.functions.T)
+        rates /= table.steps[begin.mode]
         at_events, ever = np.maximum(at_events, rates[LAST]), np.maximum(ever, rates.max(axis=0))
     return ever if between else np.where(at_events > SLOW * ever, at_events, ever)
-
-
-def rates_of(table: Tables, mode: int, phases: Floats, states: Floats) -> Floats:
-    """The rates of change of all functions along the flow of a mode, at phases (K,) and states (K, n): shape (K, S)."""
-    return velocities(table, mode, features_of(table, states, phases), phases) @ table.functions.T / table.steps[mode]
 
 
 def flights_of(definition: Definition, table: Tables, starts: Floats) -> Iterator[Flight]:

@@ -9,14 +9,9 @@ import numpy as np
 from nsmaps.arrays import Floats, Ints
 from nsmaps.exact.modes.tables.taylor import ORDER, TERMS
 
-
-def bernstein() -> Floats:
-    """Coefficients over [0, 1] in the basis of Bernstein of the powers of x, (ORDER + 1, TERMS); the last is there twice."""
-    places = np.minimum(np.arange(TERMS), ORDER)
-    return np.array([[math.comb(i, k) / math.comb(ORDER, k) for i in places.tolist()] for k in range(ORDER + 1)])
-
-
-BERNSTEIN = bernstein()
+PLACES = np.minimum(np.arange(TERMS), ORDER).tolist()
+#: coefficients over [0, 1] in the basis of Bernstein of the powers of x, (ORDER + 1, TERMS); the last is there twice
+BERNSTEIN = np.array([[math.comb(i, k) / math.comb(ORDER, k) for i in PLACES] for k in range(ORDER + 1)])
 LEFT_OUT = ORDER + 1  #: number of the first term that series do not have
 
 
