@@ -4,6 +4,7 @@ Python's regular expressions try one way after another: `(B*)*(B*)*T` has 2^n wa
 """
 
 from collections.abc import Callable
+from functools import reduce
 
 Reach = Callable[[str, frozenset[int]], frozenset[int]]  #: a word, places where a part may begin -> where it may end
 
@@ -32,13 +33,7 @@ def _alternatives(pattern: str, at: int) -> tuple[Reach, int]:
         else:
             reach, at = _repetition(pattern, at)
             parts.append(reach)
-    return lambda word, starts: frozenset().union(*(_concatenation(parts, word, starts) for parts in alternatives)), at
-
-
-def _concatenation(parts: list[Reach], word: str, starts: frozenset[int]) -> frozenset[int]:
-    for part in parts:
-        starts = part(word, starts)
-    return starts
+    return lambda word, starts: frozenset().union(*(reduce(lambda at, part: part(word, at), p, starts) for p in alternatives)), at
 
 
 def _repetition(pattern: str, at: int) -> tuple[Reach, int]:

@@ -12,8 +12,7 @@ from nsmaps.arrays import Floats
 from nsmaps.exact.flows.formulas import PHI, V
 from nsmaps.exact.flows.tables import Formulas, formulas_of
 from nsmaps.exact.observables.formulas import Plan
-from nsmaps.exact.observables.memory import NODES, WEIGHTS
-from nsmaps.exact.observables.sums import LEAST, MOST_CHATTER
+from nsmaps.exact.observables.sums import LEAST, MOST_CHATTER, NODES, WEIGHTS
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.system import ImpactSystem

@@ -83,7 +83,7 @@ def landing_time(p, launch, near, gap):
     pop, root = snap * (snap / jerk) ** 2 if jerk > 0.0 else 0.0, near.time + cubic_root(gap, x, LATEST * x)
     far = 0.0 if near.upper == launch.up else room
     for _ in range(MOST_AIMS):
-        there = wall_gap(near.upper, far, far, evaluate(flow, root))
+        there = wall_gap(near.upper, far, evaluate(flow, root))
         step, rate = taylor_root(there, -there.size / there.rate)
         if not abs(step) <= FOURTH * x:
             break

@@ -18,7 +18,7 @@ from nsmaps.exact.engine.flight.flow import Flow
 from nsmaps.exact.engine.itinerary import ItineraryRows, all_itineraries
 from nsmaps.exact.engine.observers import Rows, Track, sample_flight, sensitivities, trajectory
 from nsmaps.exact.engine.returns import PHASE, SPEED, Impact
-from nsmaps.exact.flows.tables import Formulas, formulas_of, table_of
+from nsmaps.exact.flows.tables import Formulas, along, formulas_of, table_of
 from nsmaps.exact.kernel import CHUNK, STEPS, MotionKernel, ReturnRows, in_chunks
 from nsmaps.exact.noise import orbit as noisy
 from nsmaps.exact.outcome import Outcome
@@ -44,6 +44,11 @@ class SpectralKernel(MotionKernel):
     def __post_init__(self) -> None:
         object.__setattr__(self, "coordinates", self.system.coordinates)
         object.__setattr__(self, "letters", self.system.letters)
+
+    @classmethod
+    def of(cls, system: ImpactFormulas) -> "SpectralKernel":
+        """The kernel of a system whose flights are in closed form."""
+        return cls(system, formulas_of(system), table_of(system))
 
     @property
     def name(self) -> str:
@@ -121,7 +126,7 @@ class SpectralKernel(MotionKernel):
         moves = np.zeros((len(start), 2))
         if rates.any():
             values = [*self.system.parameters.values(), *rates.tolist()]
-            moved = self.formulas.along(self.system.parameter_names()).table(values)
+            moved = along(self.formulas, self.system.parameter_names()).table(values)
             in_chunks(len(start), lambda k: sensitivities(self.flow, flow_of(moved), start[k], chatter, moves[k]))
         return moves
 
@@ -154,11 +159,6 @@ class SpectralKernel(MotionKernel):
                 sample_flight(p, Impact(bool(up), impacts.phase[i], impacts.speed[i]), time - impacts.time[i], d, rates[i])
                 place += d
         return times, places, rates
-
-
-def spectral_kernel(system: ImpactFormulas) -> SpectralKernel:
-    """The kernel of a system whose flights are in closed form."""
-    return SpectralKernel(system, formulas_of(system), table_of(system))
 
 
 def flow_of(table: Floats) -> Flow:

@@ -20,14 +20,6 @@ from nsmaps.exact.engine.steps import (
 )
 
 
-class WallDistances(NamedTuple):
-    """The distances of the walls from the place of the start, and which of them is approached."""
-
-    to_up: bool  #: True if this is the upper wall
-    up: float
-    down: float
-
-
 class Bracket(NamedTuple):
     """Where a single root of a gap lies."""
 
@@ -50,23 +42,21 @@ class FirstImpact(NamedTuple):
 
 
 @inlined
-def wall_gap(to_up, room_up, room_down, motion):
-    """The gap to a wall and its derivatives, from those of the displacement; `room` is the distance of a wall from the start."""
+def wall_gap(to_up, room, motion):
+    """The gap to a wall and its derivatives, from those of the displacement; `room` is its distance from the start."""
     d, v, a, j, k, q = motion
-    if to_up:
-        return Gap(room_up - d, -v, -a, -j, -k, -q)
-    return Gap(room_down + d, v, a, j, k, q)
+    return Gap(room - d, -v, -a, -j, -k, -q) if to_up else Gap(room + d, v, a, j, k, q)
 
 
 @inlined
-def close_in(p, distances, at):
+def close_in(p, to_up, room, at):
     """Move to the root of the last Taylor polynomial, and compute the root of the next.
 
     Steps that leave the bracket, or do not shrink, bisect it.
     """
     low, high = at.low, at.high
     s = at.s + (at.step if low < at.s + at.step and at.s + at.step < high else (low + high) * 0.5 - at.s)
-    gap = wall_gap(distances.to_up, distances.up, distances.down, evaluate(p, s))
+    gap = wall_gap(to_up, room, evaluate(p, s))
     low, high = s if gap.size > 0.0 else low, high if gap.size > 0.0 else s
     newton = -gap.size / gap.rate
     x = newton if abs(newton) < 0.5 * abs(at.x) else (low + high) * 0.5 - s
@@ -75,14 +65,14 @@ def close_in(p, distances, at):
 
 
 @inlined
-def refine(p, distances, s, x, gap, pop):
+def refine(p, to_up, room, s, x, gap, pop):
     """The single crossing of a gap with these rates between s and s + BRACKET x, to rounding: (its time, the gap's rate)."""
     step, rate = taylor_root(gap, x)
     at = Bracket(s, x, step, rate, s, s + BRACKET * x)
     for _ in range(200):
         if is_converged(at.step, at.rate, at.s, pop):
             break
-        at = close_in(p, distances, at)
+        at = close_in(p, to_up, room, at)
     return at.s + at.step, at.rate
 
 
@@ -98,7 +88,7 @@ def gap_ahead(has_up, has_down, motion, up, room_up, room_down, size):
     near = ROUNDING * size
     far = near + ROUNDING * (room_up + room_down)
     behind = (room_down + d if to_up else room_up - d) - (far if to_up == up else near)
-    return to_up, wall_gap(to_up, room_up, room_down, motion), near if to_up == up else far, max(behind, 0.0)
+    return to_up, wall_gap(to_up, room_up if to_up else room_down, motion), near if to_up == up else far, max(behind, 0.0)
 
 
 @inlined
@@ -123,7 +113,7 @@ def wall_distances(p, up):
 @inlined
 def first_gap(p, up, w):
     """The gap to the wall just left with velocity w, and its rates."""
-    gap = wall_gap(up, 0.0, 0.0, (0.0, w, *start(p)))
+    gap = wall_gap(up, 0.0, (0.0, w, *start(p)))
     if gap.rate == 0.0 and gap.acceleration < 0.0:
         return Gap(0.0, 0.0, 0.0, gap.jerk, gap.snap, gap.crackle)  # released: the acceleration is zero up to rounding
     return gap
@@ -161,7 +151,7 @@ def first_impact(p, up, w):
         if surely or (h <= ROUNDING * s and gap.size <= 0.0):
             rate = gap.rate
             if surely:
-                s, rate = refine(p, WallDistances(to_up, room_up, room_down), s, h, gap, bounds.pop * OUTWARD)
+                s, rate = refine(p, to_up, room_up if to_up else room_down, s, h, gap, bounds.pop * OUTWARD)
             if s > max_time:
                 break
             bounds = limits(p, s)

@@ -51,14 +51,6 @@ class Path(NamedTuple):
     derivative: tuple[float, float, float, float]  #: of (speed, phase) by the start, row by row
 
 
-class Arrival(NamedTuple):
-    """The end of a flight."""
-
-    into: float  #: 1 on the upper wall, -1 on the lower
-    velocity: float
-    acceleration: float
-
-
 class FirstReturn(NamedTuple):
     """A first return; where there is none, its state is NaN, as in `Return`."""
 
@@ -102,23 +94,23 @@ def append_rest(word, base, ended):
 
 
 @inlined
-def saltation(arrival, by_speed, tangents, rate, d):
+def saltation(into, velocity, acceleration, by_speed, tangents, rate, d):
     """Carry the derivative d of (speed, phase) through an impact and the flight after it.
 
     With the displacement z(s; phi, w) of the flight, z = 0 at its end gives ds = -(z_phi dphi + z_w dw)/z', and from there
     dv = z'' ds + z'_phi dphi + z'_w dw: M. A. Aizerman and F. R. Gantmakher, On the stability of periodic motions, J. Appl. Math.
-    Mech. 22 (1958). Here dw is `by_speed` times the derivative of the speed before the flight, `tangents` the result of
-    `tangent_at` at its end, and `rate` that of the phase.
+    Mech. 22 (1958). Here `into` is 1 on the upper wall and -1 on the lower, dw is `by_speed` times the derivative of the speed
+    before the flight, `tangents` the result of `tangent_at` at its end, and `rate` that of the phase.
     """
     z_phi, z_w, v_phi, v_w = tangents
     v_by_v, v_by_phi, phi_by_v, phi_by_phi = d
     w_by_v, w_by_phi = by_speed * v_by_v, by_speed * v_by_phi
-    slowness = -1.0 / arrival.velocity
+    slowness = -1.0 / velocity
     s_by_v = (z_phi * phi_by_v + z_w * w_by_v) * slowness
     s_by_phi = (z_phi * phi_by_phi + z_w * w_by_phi) * slowness
     return (
-        arrival.into * (arrival.acceleration * s_by_v + v_phi * phi_by_v + v_w * w_by_v),
-        arrival.into * (arrival.acceleration * s_by_phi + v_phi * phi_by_phi + v_w * w_by_phi),
+        into * (acceleration * s_by_v + v_phi * phi_by_v + v_w * w_by_v),
+        into * (acceleration * s_by_phi + v_phi * phi_by_phi + v_w * w_by_phi),
         phi_by_v + rate * s_by_v,
         phi_by_phi + rate * s_by_phi,
     )
@@ -129,9 +121,8 @@ def advance_tangent(p, impact, event, d):
     """Carry the derivative d of (speed, phase) through an impact and the flight after it, which `p` holds."""
     tangents = tangent_at(p, angle(impact.phase), event.time)
     _, velocity, acceleration, _, _, _ = evaluate(p, event.time)
-    arrival = Arrival(1.0 if event.up else -1.0, velocity, acceleration)
-    into = 1.0 if impact.up else -1.0
-    return saltation(arrival, -into * event.slope, tangents, phase_rate(p), d)
+    by_speed = -event.slope if impact.up else event.slope
+    return saltation(1.0 if event.up else -1.0, velocity, acceleration, by_speed, tangents, phase_rate(p), d)
 
 
 @inlined

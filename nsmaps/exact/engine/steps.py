@@ -89,16 +89,6 @@ def closes(gap, u, b, j, jerk, snap):
 
 
 @inlined
-def certain_return(u, b, j, jerk, snap):
-    """As `closes`, for the wall just left with acceleration b < 0 towards it: certain if the gap is concave throughout."""
-    x = -2.0 * u / b
-    far = BRACKET * x
-    highest = u + far * (b * 0.5 + far * min(jerk, j + snap * far * FOURTH) * SIXTH)
-    bend = max(min(jerk, j + snap * far * 0.5), 0.0)
-    return x > 0.0 and highest < 0.0 and b + far * bend < 0.0, x
-
-
-@inlined
 def taylor_root(gap, x):
     """The root of the gap's Taylor polynomial of fifth order near x by two Newton steps, and its rate."""
     y, u, b, j, k, q = gap
@@ -127,8 +117,11 @@ def departure(two, gap, room, jerk, snap):
     """
     _, u, b, j, _, _ = gap
     if b < 0.0:
-        surely, x = certain_return(u, b, j, jerk, snap)
+        x = -2.0 * u / b  # certain if the gap is concave throughout
         far = BRACKET * x
+        highest = u + far * (b * 0.5 + far * min(jerk, j + snap * far * FOURTH) * SIXTH)
+        bend = max(min(jerk, j + snap * far * 0.5), 0.0)
+        surely = x > 0.0 and highest < 0.0 and b + far * bend < 0.0
         if surely and (not two or room - far * (u + far * far * jerk * SIXTH) > 0.0):
             return True, x
     h = safe_step(room, -u, -b, -j, jerk, snap) if two else FAR

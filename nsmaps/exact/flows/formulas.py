@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.flows.source import acceleration_of, displacement_of, law_of, walls_of
+from nsmaps.exact.flows.source import acceleration_of, displacement_of
 
 if TYPE_CHECKING:
     from nsmaps.exact.systems.parameters import System
@@ -24,15 +24,6 @@ def in_symbols(cls: "type[System]", fixed: dict[str, Any]) -> tuple[Any, dict[st
     """A system with symbols for its parameters and the given values for its other fields, and these symbols."""
     symbols = {name: sp.Symbol(f"_p_{name}", real=True) for name in cls.parameter_names()}
     return cls.model_construct(**symbols, **fixed), symbols
-
-
-def impact_law(symbolic: Any) -> tuple[list[sp.Expr], list[sp.Expr]]:
-    """The places of the upper and of the lower wall, and the speeds after impacts of speed V on them."""
-    table = walls_of(symbolic)
-    base = next(iter(table))
-    by_side = {wall.side: name for name, wall in table.items()}
-    names = by_side.get(1, base), by_side.get(-1, base)
-    return [table[name].at for name in names], [law_of(symbolic, V, name) for name in names]
 
 
 def is_linear(law: sp.Expr) -> bool:

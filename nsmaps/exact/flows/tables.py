@@ -23,13 +23,12 @@ from nsmaps.exact.flows.formulas import (
     check_symbols,
     checked_acceleration,
     displacement_at,
-    impact_law,
     in_symbols,
     is_linear,
 )
 from nsmaps.exact.flows.laws import law_address
 from nsmaps.exact.flows.rates import table_of_flight
-from nsmaps.exact.flows.source import period_of, periods_of, walls_of
+from nsmaps.exact.flows.source import law_of, period_of, periods_of, walls_of
 from nsmaps.exact.systems.files import check_period, place_of
 from nsmaps.exact.systems.parameters import choices_of
 from nsmaps.exact.systems.walls import ImpactFormulas
@@ -112,10 +111,6 @@ class Formulas:
             table[place] = law_address(law, V, self.symbols)
         return table
 
-    def along(self, names: tuple[str, ...]) -> "Formulas":
-        """The derivatives of all formulas along a direction; the rates of change of the parameters follow them as parameters."""
-        return _along(self, names)
-
 
 @lru_cache(maxsize=FLIGHTS)
 def _flight(formulas: Formulas, values: tuple[float, ...]) -> Floats:
@@ -128,7 +123,8 @@ def _flight(formulas: Formulas, values: tuple[float, ...]) -> Floats:
 
 
 @lru_cache(maxsize=64)
-def _along(formulas: Formulas, names: tuple[str, ...]) -> Formulas:
+def along(formulas: Formulas, names: tuple[str, ...]) -> Formulas:
+    """The derivatives of all formulas along a direction; the rates of change of the parameters follow them as parameters."""
     rates = tuple(sp.Symbol(f"_way_{name}", real=True) for name in names)
 
     def tangent(expr: sp.Expr) -> sp.Expr:
@@ -183,7 +179,7 @@ def _formulas(cls: type[ImpactFormulas], fixed: dict[str, Any]) -> Formulas:
     symbolic, symbols = in_symbols(cls, fixed)
     period = period_of(symbolic)
     check_period(cls, period)
-    given, acceleration, sides = sp.S.Zero, None, [wall.side for wall in walls_of(symbolic).values()]
+    given, acceleration, walls = sp.S.Zero, None, walls_of(symbolic)
     try:
         if cls.flight() == "acceleration":
             acceleration = checked_acceleration(symbolic, period, symbols)
@@ -193,9 +189,11 @@ def _formulas(cls: type[ImpactFormulas], fixed: dict[str, Any]) -> Formulas:
     except SystemDefinitionError as error:
         place = place_of(cls, cls.flight())
         raise SystemDefinitionError(f"{str(error).removesuffix(place)}{place}") from error
-    (top, bottom), (upper, lower) = impact_law(symbolic)
+    base, *_ = walls
+    names = [next((name for name, wall in walls.items() if wall.side == side), base) for side in (1, -1)]
+    (top, bottom), (upper, lower) = ([walls[name].at for name in names], [law_of(symbolic, V, name) for name in names])
     check_symbols(cls.__name__, [top, bottom, upper, lower, period], set(symbols.values()))
     numbers = Scalars(top, bottom, 2 * sp.pi / period, periods_of(symbolic) * period)
-    base, *_ = sides
-    order = Sides(1 in sides, -1 in sides, base == 1)
+    sides = [wall.side for wall in walls.values()]
+    order = Sides(1 in sides, -1 in sides, walls[base].side == 1)
     return Formulas(tuple(symbols.values()), given, numbers, (lower, upper), order, acceleration)

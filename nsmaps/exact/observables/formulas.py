@@ -17,8 +17,8 @@ from nsmaps.exact.flows.formulas import PHI
 from nsmaps.exact.flows.laws import rows_address, rows_source
 from nsmaps.exact.flows.tables import formulas_of
 from nsmaps.exact.observables.analysis import JUMPS, SMOOTH, powers, smoothness
-from nsmaps.exact.observables.memory import Quantities
 from nsmaps.exact.observables.spec import Observable, ObservableLike, observable_of, with_distinct_names
+from nsmaps.exact.observables.sums import Quantities
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.parameters import System
 from nsmaps.exact.systems.system import ImpactSystem

@@ -11,10 +11,9 @@ from nsmaps.exact.modes.march.flight import saltation, time_slope
 from nsmaps.exact.modes.march.returns import MOST_EVENTS, PAUSE, Limits, begin_return, follow_motion
 from nsmaps.exact.modes.march.starting import find_start
 from nsmaps.exact.modes.tables.memory import FLIGHT_TIME, PIECES
-from nsmaps.exact.observables.memory import NODES, VALUE
 from nsmaps.exact.observables.motions import ROW, instant, over_pieces, phase_after, row_of, write_before
 from nsmaps.exact.observables.slopes import add_slopes
-from nsmaps.exact.observables.sums import evaluate_formulas, over_panel
+from nsmaps.exact.observables.sums import NODES, VALUE, evaluate_formulas, over_panel
 
 FIRST = 0  # coordinate of an image, NaN without a return
 

@@ -19,8 +19,7 @@ from nsmaps.exact.modes.march.returns import (
 from nsmaps.exact.modes.march.starting import find_start
 from nsmaps.exact.modes.march.words import CHATTER, reset_return
 from nsmaps.exact.modes.tables.memory import ACCUMULATION_TIME, CONTACT_MARK, CONTACT_TIME, PIECES, SPEED_RATIO
-from nsmaps.exact.observables.memory import NODES
-from nsmaps.exact.observables.sums import LEAST, MOST_CHATTER, at_impact, at_rest, follow_batches, join_panels
+from nsmaps.exact.observables.sums import LEAST, MOST_CHATTER, NODES, at_impact, at_rest, follow_batches, join_panels
 
 ROW, COUNTS = range(2)  # places in `Observation.numbers`
 COUNTED = 1  # the number there of returns that count

@@ -9,8 +9,7 @@ from nsmaps.exact.engine.flight.flow import angle, evaluate, on_top, phase_rate,
 from nsmaps.exact.engine.jit import entry, inlined, inner
 from nsmaps.exact.engine.returns import IMPACT, PHASE, SPEED, Impact, follow, phase_at
 from nsmaps.exact.observables.flights import AT_PLACE, AT_VELOCITY, PLACE, V_AFTER, Flown, V, instant, row_of
-from nsmaps.exact.observables.memory import BY_INPUT, VALUE
-from nsmaps.exact.observables.sums import evaluate_formulas, over_panel, panels
+from nsmaps.exact.observables.sums import BY_INPUT, VALUE, evaluate_formulas, over_panel, panels
 
 BY_SPEED, BY_PHASE, BY_PARAMETERS = range(3)
 OF_IMPACTS, OF_FLIGHTS = 3, 2  # inputs of formulas

@@ -1,14 +1,20 @@
-"""How a value of a formula joins its total; shared by the loops of impact systems and of systems with modes.
+"""What observables are summed in, and how a value of a formula joins its total; shared by the loops of all flights.
 
 Units are those of the system and of the formula, phases in radians.
 """
 
 import math
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from nsmaps.exact.engine.jit import inlined, inner
 from nsmaps.exact.engine.law import call_reset
-from nsmaps.exact.observables.memory import NODES, VALUE, WEIGHTS
 
+NODES, WEIGHTS = 0.5 * np.array(np.polynomial.legendre.leggauss(12))  #: of Gauss's rule in a panel, shape (12,)
+NODES += 0.5  #: on [0, 1], where the weights have the sum 1
+PANEL = 3.0  #: length of a panel, in units of the fastest rate: products of three states are integrated to rounding
+VALUE, BY_INPUT = range(2)  #: columns of what formulas give: the value, its derivatives by inputs, then by phase and parameters
 GOLDEN = 0.5 * (math.sqrt(5) - 1)
 LEAST = 1e-17  # of the first speed: slower impacts of chatter are not added
 MOST_CHATTER = 10_000_000  # impacts of chatter that are added: after more the totals are not known
@@ -21,19 +27,32 @@ BESIDE = 0.2  # of a panel: the largest value of a flight is sought this near to
 NARROWINGS = 40  # of the interval about the largest sample: to the root of rounding, where values agree to rounding
 
 
+class Quantities(NamedTuple):
+    """K formulas of impacts and F of flights of a system; D inputs of formulas, the phase and parameters not counted."""
+
+    impact: int  #: address of the compiled formulas of impacts, 0 without any
+    flight: int  #: and of those of flights
+    parameters: Any  #: shape (P,)
+    at: Any  #: shape (R, K), whether an impact on a wall, or a transition, counts
+    over: Any  #: shape (M, F), whether a flight from a wall, or in a mode, counts
+    departed: bool  #: whether flights with modes count by the letter of the event at which they begin
+    largest: Any  #: shape (K + F,), whether the largest value takes the place of the sum
+    panel: float  #: the longest part of a flight that one rule covers
+    rough: bool  #: whether a formula of flights may have kinks or jumps, or be steep, so that a rule may cover less
+    y: Any  #: shape (D,), what the formulas take
+    out: Any  #: shape (max(K, F), 1 + derivatives), what they give
+    total: Any  #: shape (K + F,)
+    peak: Any  #: shape (F,), largest value of the samples of a flight
+    when: Any  #: shape (F,), its time
+    gap: Any  #: shape (F,), difference of a rule from those on both halves
+    size: Any  #: shape (F,), largest magnitude of the samples
+
+
 @inlined
 def begin_totals(q):
     """Begin the totals."""
     for c in range(len(q.total)):
         q.total[c] = -math.inf if q.largest[c] else 0.0
-
-
-@inlined
-def write_totals(q, ended, b, k, time, totals):
-    """Write the totals of a batch of returns, NaN if the orbit has ended."""
-    time[b, k] = math.nan if ended else time[b, k]
-    for c in range(len(q.total)):
-        totals[b, k, c] = math.nan if ended else q.total[c]
 
 
 @inlined
@@ -189,7 +208,10 @@ def follow_batches(q, at, batches, limit, image_of, context):
                 if b >= 0:
                     time[b, k] += taken
             if b >= 0 and (i - batches.discard) % length == length - 1:
-                write_totals(q, math.isnan(states[k, FIRST]), b, k, time, batches.totals)
+                ended = math.isnan(states[k, FIRST])
+                time[b, k] = math.nan if ended else time[b, k]
+                for c in range(len(q.total)):
+                    batches.totals[b, k, c] = math.nan if ended else q.total[c]
             at[RETURN] = i + 1
             if cost >= limit:
                 return False

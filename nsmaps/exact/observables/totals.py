@@ -12,6 +12,7 @@ from nsmaps.arrays import Floats
 from nsmaps.exact.chatter import SUMMED_SPEED
 from nsmaps.exact.engine.flight import layout
 from nsmaps.exact.engine.kernel import SpectralKernel, flow_of
+from nsmaps.exact.flows.tables import along
 from nsmaps.exact.kernel import MotionKernel, in_chunks
 from nsmaps.exact.modes.kernel import ModeKernel
 from nsmaps.exact.modes.tables.memory import Moved, memory
@@ -19,11 +20,11 @@ from nsmaps.exact.modes.tables.nonlinear import write_variations
 from nsmaps.exact.modes.tables.tables import moved_of
 from nsmaps.exact.observables.flights import Batches, observe_flights
 from nsmaps.exact.observables.formulas import AFTER, Plan, of_modes, plan_in, plan_of
-from nsmaps.exact.observables.memory import PANEL
 from nsmaps.exact.observables.mode_slopes import SlopeObservation, mode_slopes
 from nsmaps.exact.observables.motions import Observation, observed_modes
 from nsmaps.exact.observables.slopes import Directions, Slopes, observed_slopes
 from nsmaps.exact.observables.spec import Observable
+from nsmaps.exact.observables.sums import PANEL
 from nsmaps.exact.systems.guards import HybridFormulas
 from nsmaps.exact.systems.system import ImpactSystem
 from nsmaps.interrupts import check_stop
@@ -158,7 +159,7 @@ def slopes_of(system: "FlowSystem", plan: Plan, states: Floats, rates: Floats) -
 def slopes_by(kernel: Any, plan: Plan, states: Floats, rates: Floats) -> Floats:
     """As `slopes_of`, of totals that are not scaled."""
     values = [*kernel.system.parameters.values()]
-    moved = kernel.formulas.along(kernel.system.parameter_names()).table([*values, *rates.tolist()])
+    moved = along(kernel.formulas, kernel.system.parameter_names()).table([*values, *rates.tolist()])
     slopes = np.empty((len(states), len(plan.columns), 3))
 
     def run(k: slice) -> None:

@@ -65,12 +65,8 @@ def _rows(system: System, expressions: Sequence[sp.Expr], what: str) -> list[lis
 
 def words(letters: int, length: int) -> Ints:
     """All words of a length that do not repeat a shorter one, shape (W, length): of the rotations of each the first in order."""
-    found = [word for word in product(range(letters), repeat=length) if _is_first(word)]
+    found = [word for word in product(range(letters), repeat=length) if all(word < word[k:] + word[:k] for k in range(1, length))]
     return np.array(found, int).reshape(-1, length)
-
-
-def _is_first(word: tuple[int, ...]) -> bool:
-    return all(word < word[k:] + word[:k] for k in range(1, len(word)))
 
 
 def _units(matrices: Floats, vectors: Floats) -> Floats:

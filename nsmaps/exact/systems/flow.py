@@ -198,9 +198,9 @@ def _kernel(cls: tuple[Any, ...], values: str, system: _Unkeyed) -> MotionKernel
     Closed forms are the fastest, and are taken where nothing is in their way; the definition with modes follows any motion.
     """
     if not system.value.obstacle():
-        from nsmaps.exact.engine.kernel import spectral_kernel
+        from nsmaps.exact.engine.kernel import SpectralKernel
 
-        return spectral_kernel(system.value)
+        return SpectralKernel.of(system.value)
     from nsmaps.exact.modes.kernel import ModeKernel
 
     system.value._check()

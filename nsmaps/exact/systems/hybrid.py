@@ -126,9 +126,9 @@ class HybridSystem(FlowSystem):
         return self._kernel().modes.track(as_starts(state, self.coordinates), n, samples, chatter)
 
     def _reversed_class(self) -> type[HybridFormulas]:
-        from nsmaps.exact.systems.reversed import reversed_modes
+        from nsmaps.exact.systems.reversed import reversed_modes, signs_of
 
-        return reversed_modes(self, self._definition())
+        return reversed_modes(type(self), signs_of(self, self._definition()))
 
     def _reversal(self) -> Sequence[float]:
         return tuple(np.where(self.coordinates.angles, -1.0, 1.0).tolist())

@@ -99,13 +99,8 @@ def _impacts_class(cls: type[ImpactFormulas]) -> type[ImpactFormulas]:
     return type(f"Reversed{cls.__name__}", (cls,), body)
 
 
-def reversed_modes(system: HybridFormulas, definition: "Definition") -> type[HybridFormulas]:
-    """The class of a system with modes in reversed time. NsmapsError as `reversed_system`."""
-    return _modes_class(type(system), signs_of(system, definition))
-
-
 @lru_cache(maxsize=64)
-def _modes_class(cls: type[HybridFormulas], signs: Signs) -> type[HybridFormulas]:
+def reversed_modes(cls: type[HybridFormulas], signs: Signs) -> type[HybridFormulas]:
     """The class of a system with modes in reversed time.
 
     The event of a guard g with the reset R, from the mode m to m', is that of s g(R^-1) with the reset R^-1, from m' to m, where

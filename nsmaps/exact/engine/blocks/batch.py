@@ -27,7 +27,7 @@ from nsmaps.exact.engine.flight.flow import horizon, on_top, phase_rate, walls_o
 from nsmaps.exact.engine.flight.layout import HARMONICS, WIDE
 from nsmaps.exact.engine.jit import allocating, entry, inner
 from nsmaps.exact.engine.march import gap_ahead, is_ambiguous, wall_distances, wall_gap
-from nsmaps.exact.engine.observers import BASE, OTHER, Arrival, FirstReturn, base_of, first_return, saltation, write_return
+from nsmaps.exact.engine.observers import BASE, OTHER, FirstReturn, base_of, first_return, saltation, write_return
 from nsmaps.exact.engine.returns import INVALID, PHASE, RETURNED, SPEED, accumulation, append_symbol, may_be_summed, phase_after
 from nsmaps.exact.engine.steps import careful_step, departure, is_converged, surely_reached, taylor_root
 
@@ -47,7 +47,7 @@ def launch(p, t, n, up, chatter):
     for k in range(n):
         v, u, w = t[AT.speed + k], -into * t[AT.velocity + k], t[AT.velocity + k]
         _, _, a, j, q, r = motion_of(t, k)
-        gap = wall_gap(up, 0.0, 0.0, (0.0, w, a, j, q, r))
+        gap = wall_gap(up, 0.0, (0.0, w, a, j, q, r))
         press = -gap.acceleration
         odd = t[AT.needs_scalar + k] > 0.0 or not u >= NO_SPEED
         jerk, snap = t[AT.jerk + k], t[AT.snap + k]
@@ -109,7 +109,8 @@ def newton_step(p, t, n, up):
     write_motion(p, t, n)
     for k in range(n):
         s, low, high = t[AT.now + k], t[AT.low + k], t[AT.high + k]
-        gap = wall_gap(t[AT.to_up + k] > 0.0, room_up, room_down, motion_of(t, k))
+        to_up = t[AT.to_up + k] > 0.0
+        gap = wall_gap(to_up, room_up if to_up else room_down, motion_of(t, k))
         low, high = s if gap.size > 0.0 else low, high if gap.size > 0.0 else s
         newton = -gap.size / gap.rate
         x = newton if abs(newton) < 0.5 * abs(t[AT.ahead + k]) else (low + high) * 0.5 - s
@@ -128,8 +129,8 @@ def carry_derivatives(p, t, n, up):
     for k in range(n):
         d = t[AT.d_vv + k], t[AT.d_vp + k], t[AT.d_pv + k], t[AT.d_pp + k]
         moves = t[AT.by_phase + k], t[AT.by_speed + k], t[AT.by_phase_1 + k], t[AT.by_speed_1 + k]
-        arrival = Arrival(1.0 if t[AT.to_up + k] > 0.0 else -1.0, t[AT.motion_1 + k], t[AT.motion_2 + k])
-        d = saltation(arrival, -into * t[AT.motion_3 + k], moves, rate, d)
+        to_wall = 1.0 if t[AT.to_up + k] > 0.0 else -1.0
+        d = saltation(to_wall, t[AT.motion_1 + k], t[AT.motion_2 + k], -into * t[AT.motion_3 + k], moves, rate, d)
         t[AT.d_vv + k], t[AT.d_vp + k], t[AT.d_pv + k], t[AT.d_pp + k] = d
 
 

@@ -143,16 +143,11 @@ class Definition:
 
     def facts(self, harmonics: int) -> Numbers:
         """What computes the rows to decide what is zero in them: with floats in formulas as balls, if there are any."""
-        if not self.has_floats:
-            return self.expansions
         if harmonics not in self.blurred:
-            self.blurred[harmonics] = Numbers(tuple(self.rows), self.symbols, harmonics, blurred=True)
+            rows = tuple(self.rows)
+            floats = any(expr.has(sp.Float) for row in rows for expr in (*row.coefficients, row.remainder))
+            self.blurred[harmonics] = Numbers(rows, self.symbols, harmonics, blurred=True) if floats else self.expansions
         return self.blurred[harmonics]
-
-    @cached_property
-    def has_floats(self) -> bool:
-        """Whether there are floats in the rows."""
-        return any(expr.has(sp.Float) for row in self.rows for expr in (*row.coefficients, row.remainder))
 
     @cached_property
     def scalars(self) -> Numbers:

@@ -53,13 +53,12 @@ def _start(reader: Reader, section: PoincareSection, number: int, transition: Tr
     states = _states(reader, section, transition)
     surface = tuple(zeros_at(section, transition))
     zeros = (row.at(states) for row in surface)
-    bound = tuple(row for row in zeros if any(row.coefficients) or not (row.remainder == 0 or _identity(row)))
+    bound = tuple(
+        row
+        for row in zeros
+        if any(row.coefficients) or not (row.remainder == 0 or (row.variables and vanishes(row.of(row.variables))))
+    )
     return Start(number, states, zeros=bound, surface=surface)
-
-
-def _identity(row: Row) -> bool:
-    """Whether a nonlinear row is zero whatever the states."""
-    return bool(row.variables) and vanishes(row.of(row.variables))
 
 
 def _check_bound(reader: Reader, transitions: Sequence[Transition], starts: Sequence[Start]) -> None:
@@ -105,7 +104,7 @@ def _solve_states(
     zeros = [one.at(states).of(reader.variables) for one in zeros_at(section, transition)]
     unknown = [reader.states[state] for state in left]
     for chosen in combinations(zeros, len(left)):
-        if not (_linear(chosen, unknown) or (len(unknown) == 1 and _monotone(*chosen, *unknown))):
+        if not _has_one_zero([sp.diff(zero, x) for zero in chosen for x in unknown], unknown):
             continue  # several states may solve it
         first, *others = _solutions(chosen, unknown) or [{}]
         if not others and len(first) == len(unknown) and not any(value.has(*unknown) for value in first.values()):
@@ -122,14 +121,11 @@ def _solve_states(
     )
 
 
-def _linear(zeros: Sequence[sp.Expr], unknown: Sequence[sp.Symbol]) -> bool:
-    return not any(sp.diff(zero, x).has(*unknown) for zero in zeros for x in unknown)
-
-
-def _monotone(zero: sp.Expr, unknown: sp.Symbol) -> bool:
-    """Whether a function surely rises with a state, or falls, so that it is zero at one value at most."""
-    slope = sp.diff(zero, unknown)
-    return bool(slope.is_positive or slope.is_negative)
+def _has_one_zero(slopes: Sequence[sp.Expr], unknown: Sequence[sp.Symbol]) -> bool:
+    """Whether functions are zero at one value of states at most: they are linear in these, or one surely rises or falls."""
+    first, *others = slopes
+    monotone = not others and (first.is_positive or first.is_negative)
+    return bool(monotone) or not any(slope.has(*unknown) for slope in slopes)
 
 
 def _solutions(zeros: Sequence[sp.Expr], unknown: Sequence[sp.Symbol]) -> list[dict[sp.Symbol, sp.Expr]]:
@@ -150,8 +146,11 @@ def zeros_at(section: PoincareSection, transition: Transition) -> list[Row]:
     before = [transition.function, *transition.held]
     if section.side == "before":
         return before
-    curved = [row for row in before if row.variables]
-    return [*_affine_after(transition, [row for row in before if not row.variables]), *_curved_after(transition, curved)]
+    affine, curved = [row for row in before if not row.variables], [row for row in before if row.variables]
+    kept = {k: row for k, row in enumerate(transition.reset) if k not in dict(transition.curved)}
+    ways = sp.Matrix([row.coefficients for row in (*kept.values(), *affine)]).T.nullspace(simplify=True)
+    found = [_after(list(way), kept, affine, len(transition.reset)) for way in ways]
+    return [*found, *_curved_after(transition, curved)]
 
 
 def _curved_after(transition: Transition, before: list[Row]) -> list[Row]:
@@ -166,20 +165,12 @@ def _curved_after(transition: Transition, before: list[Row]) -> list[Row]:
     return [row.at(states) for row in before]
 
 
-def _affine_after(transition: Transition, before: list[Row]) -> list[Row]:
-    """The affine ones of `zeros_at` after a reset."""
-    reset = [row for k, row in enumerate(transition.reset) if k not in dict(transition.curved)]
-    places = [k for k in range(len(transition.reset)) if k not in dict(transition.curved)]
-    ways = sp.Matrix([row.coefficients for row in (*reset, *before)]).T.nullspace(simplify=True)
-    return [_after(list(way), reset, before, places, len(transition.reset)) for way in ways]
-
-
-def _after(way: list[sp.Expr], reset: list[Row], before: list[Row], places: list[int], n: int) -> Row:
-    """One of the rows of `zeros_at`, after a reset of the states at these places."""
+def _after(way: list[sp.Expr], reset: Mapping[int, Row], before: list[Row], n: int) -> Row:
+    """One of the rows of `zeros_at`, after a reset of some states, by their places."""
     coefficients = [sp.S.Zero] * n
-    for k, c in zip(places, way, strict=False):
+    for k, c in zip(reset, way, strict=False):
         coefficients[k] = sp.cancel(c)
-    remainder = sp.Add(*(c * row.remainder for c, row in zip(way, (*reset, *before), strict=True)))
+    remainder = sp.Add(*(c * row.remainder for c, row in zip(way, (*reset.values(), *before), strict=True)))
     return Row(tuple(coefficients), sp.expand(-remainder))
 
 

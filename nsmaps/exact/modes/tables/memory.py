@@ -117,7 +117,7 @@ class Memory(NamedTuple):
     scales: Any  #: shape (n,), the largest sizes of the states at events of the return so far
     new: Any  #: shape (n,)
     slopes: Any  #: shape (n, D)
-    curved: Any  #: shape (n, 1 + own + 1 + P), of resets that are not affine: see `nsmaps.exact.modes.definitions.resets`
+    curved: Any  #: shape (n, 1 + own + 1 + P), of resets that are not affine: see `nsmaps.exact.modes.tables.rows.law_address`
     moved: Moved
     margins: Any  #: shape (3,), at the places above; the first is NaN if they are not asked for
     units: Any  #: shape (S,), of values and rates of each function there

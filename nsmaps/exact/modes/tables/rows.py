@@ -5,10 +5,12 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+import sympy as sp
 
 from nsmaps.arrays import Floats
-from nsmaps.exact.modes.definitions.definition import Definition
-from nsmaps.exact.modes.definitions.resets import law_address
+from nsmaps.exact.flows.formulas import PHI
+from nsmaps.exact.flows.laws import rows_address, rows_source
+from nsmaps.exact.modes.definitions.definition import Definition, Start, Transition
 from nsmaps.exact.words import base_of_words
 
 
@@ -113,3 +115,19 @@ def fixed_fields(definition: Definition) -> dict[str, Any]:
         "start_curved": np.array([[k in dict(start.curved) for k in range(len(states))] for start in definition.starts]),
         "places": np.array([states.index(name) if name in states else -1 for name in definition.coordinates]),
     }
+
+
+def law_address(definition: Definition, one: Transition | Start) -> int:
+    """The address of the compiled function that writes the states of `curved`, and their derivatives; zero if there are none.
+
+    It takes the phase, and the addresses of the n own states, of the parameters and of a table of n rows, to which it writes for
+    each state that it gives the value, and the derivatives by every own state, by the phase and by every parameter at a fixed
+    phase. States are those before a reset, or for a start the coordinates among them.
+    """
+    if not one.curved:
+        return 0
+    by = (*definition.variables, PHI, *definition.symbols)
+    width = 1 + len(by)
+    places = [k * width + j for k, _ in one.curved for j in range(width)]
+    formulas = [entry for _, formula in one.curved for entry in (formula, *(sp.diff(formula, x) for x in by))]
+    return rows_address(rows_source(formulas, places, definition.variables, definition.symbols))

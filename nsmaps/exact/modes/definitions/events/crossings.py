@@ -70,7 +70,10 @@ class Crossings:
         """A crossing at which nothing changes, in a part of its mode where its function is not below zero."""
         functions = self.functions[one.mode]
         k = functions.index(one.function)
-        back = [i for i, each in enumerate(functions) if negative_of(each, one.function)]  # they rise from below zero
+        factors = [factor_of(each, one.function) for each in functions]
+        back = [
+            i for i, factor in enumerate(factors) if factor is not None and factor.is_negative is True
+        ]  # rise from below zero
         if all(below[i] for i in back):
             others = [side(each, below[i]) for i, each in enumerate(functions) if i != k and i not in back]
             flags = tuple(i == k or (below[i] and i not in back) for i in range(len(functions)))
@@ -142,9 +145,3 @@ def silent_transition(like: Transition, mode: int, function: Row, target: int) -
 def side(function: Row, below: bool) -> Row:
     """What is not negative on one side of a surface."""
     return -function if below else function
-
-
-def negative_of(one: Row, other: Row) -> bool:
-    """Whether a function is another times a negative number, whatever the parameters."""
-    factor = factor_of(one, other)
-    return factor is not None and factor.is_negative is True

@@ -138,7 +138,9 @@ def _leaves(reader: Reader, one: Transition) -> bool:
     zeros = (*one.held, one.function)
     for values in trials(*(row.of(reader.variables) for row in zeros), *after):
         fixed = {symbol: value for symbol, value in values.items() if symbol not in reader.variables}
-        states = _random_zero([_numbers(row, fixed) for row in zeros], len(reader.variables))
+        table, n = np.array([_numbers(row, fixed) for row in zeros]), len(reader.variables)
+        states = np.random.default_rng(1).normal(size=n)
+        states -= np.linalg.pinv(table[:, :n]) @ (table[:, :n] @ states + table[:, n])
         given = fixed | dict(zip(reader.variables, map(sp.Float, states.tolist()), strict=True))
         new = np.array([float(expr.subs(given)) for expr in after] + [1.0])
         for row in one.held:
@@ -151,9 +153,3 @@ def _leaves(reader: Reader, one: Transition) -> bool:
 def _numbers(row: Row, values: dict[sp.Symbol, sp.Expr]) -> Floats:
     """The coefficients of a row and its remainder, shape (n + 1,)."""
     return np.array([float(sp.N(sp.sympify(x).subs(values))) for x in (*row.coefficients, row.remainder)])
-
-
-def _random_zero(rows: list[Floats], n: int) -> Floats:
-    """Random states at which rows are zero, shape (n,)."""
-    table, states = np.array(rows), np.random.default_rng(1).normal(size=n)
-    return states - np.linalg.pinv(table[:, :n]) @ (table[:, :n] @ states + table[:, n])
