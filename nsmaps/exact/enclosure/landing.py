@@ -97,16 +97,10 @@ def bend_within(b, jerk, tau):
 
 
 @inlined
-def mean_rate(u, b, tau):
-    """The mean rate from 0 to tau, by Taylor's theorem with the second derivative b at some time between."""
-    return bplus(u, b, bhalf(tau))
-
-
-@inlined
 def later_gap(gap, jerk, h):
-    """The gap a time h later or, for negative h, earlier."""
+    """The gap a time h later or, for negative h, earlier, by Taylor's theorem with the second derivative at some time between."""
     time = exact(h)
-    return bplus(gap.y, time, mean_rate(gap.u, bend_within(gap.b, jerk, time), time))
+    return bplus(gap.y, time, bplus(gap.u, bend_within(gap.b, jerk, time), bhalf(time)))
 
 
 @inner
@@ -116,7 +110,7 @@ def closing_times(gap, jerk, tau):
     if near > 0.0 and low(later_gap(gap, jerk, -near)) > 0.0 and high(later_gap(gap, jerk, near)) < 0.0:
         tau = bmeet(tau, Ball(0.0, near))
     for _ in range(2):
-        tau = bmeet(tau, bneg(bmul(gap.y, binv(mean_rate(gap.u, bend_within(gap.b, jerk, tau), tau)))))
+        tau = bmeet(tau, bneg(bmul(gap.y, binv(bplus(gap.u, bend_within(gap.b, jerk, tau), bhalf(tau))))))
     return between(min(low(tau), 0.0), max(high(tau), 0.0))
 
 

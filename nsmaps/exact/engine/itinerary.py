@@ -7,7 +7,7 @@ from nsmaps.exact.engine.constants import MOST_IMPACTS, MOST_STEPS, ROUNDING
 from nsmaps.exact.engine.flight.bounds import limits
 from nsmaps.exact.engine.flight.derivatives import tangent_at
 from nsmaps.exact.engine.flight.flow import angle, evaluate, on_top, start, wall_places, walls_of
-from nsmaps.exact.engine.jit import entry, inlined, inner
+from nsmaps.exact.engine.jit import entry, inner
 from nsmaps.exact.engine.observers import BASE, OTHER, advance_tangent, base_of, mark_of
 from nsmaps.exact.engine.returns import (
     ESCAPED,
@@ -27,6 +27,8 @@ from nsmaps.exact.engine.returns import (
     phase_at,
 )
 from nsmaps.exact.engine.steps import closes, first_step, safe_step
+
+TURNS = 2  # letters of itineraries besides those of words: turning points, high and low
 
 
 @inner
@@ -84,7 +86,7 @@ def with_turning_points(p, impact, event, found):
     top, bottom = wall_places(p)
     z = top if impact.up else bottom
     has_up, has_down, _ = walls_of(p)
-    w, base = event.velocity, itinerary_base(p)
+    w, base = event.velocity, base_of(p) + TURNS
     a, j, k, _ = start(p)
     h = after_turn(p, 0.0, a, j, k) if w == 0.0 else 0.0
     s = 0.0
@@ -106,12 +108,6 @@ def with_turning_points(p, impact, event, found):
     return found
 
 
-@inlined
-def itinerary_base(p):
-    """The base of the codes of itineraries, whose letters are those of words and two turning points, high and low."""
-    return base_of(p) + 2
-
-
 @inner
 def extend_itinerary(p, impact, event, context, found):
     """The observer of itineraries."""
@@ -122,7 +118,7 @@ def extend_itinerary(p, impact, event, context, found):
         found, slowest = with_turning_points(p, impact, event, found), min(slowest, event.speed)
     else:
         letter = mark_of(base_of(p), event.ended)
-    code, place_value = append_symbol(found.code, found.place_value, itinerary_base(p), letter, 1)
+    code, place_value = append_symbol(found.code, found.place_value, base_of(p) + TURNS, letter, 1)
     gap = found.gap, found.gap_time, found.gap_up, found.gap_flight
     return Itinerary(code, place_value, found.turning_points, slowest, *gap, found.flights + 1)
 
@@ -130,7 +126,7 @@ def extend_itinerary(p, impact, event, context, found):
 @inner
 def itinerary_of(p, v, phi, chatter):
     """The itinerary of one first return: (outcome, Itinerary); a graze within rounding is not distinguished."""
-    code, place_value = append_symbol(0, 1, itinerary_base(p), BASE, 1)
+    code, place_value = append_symbol(0, 1, base_of(p) + TURNS, BASE, 1)
     none = Itinerary(code, place_value, 0, math.inf, math.inf, 0.0, False, 0, 0)
     found, seen = follow(p, Impact(on_top(p), phi, v), chatter, MOST_IMPACTS, extend_itinerary, (), none)
     if found.outcome == INVALID:

@@ -4,7 +4,7 @@ Every flight in closed form must be such a sum. A formula is decomposed at given
 digits, so that cancellation within the formula costs no digits of the coefficients.
 """
 
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import sympy as sp
@@ -50,16 +50,14 @@ class Decomposition:
         Raises:
             SystemDefinitionError: the formula is not such a sum; states which part of it is not.
         """
-        rates, total = [0], Sum()
+        rates, total, number = [0], Sum(), partial(Number, self.program)
         for term, x in self.expansion(formula).items():
-            same = next((rate for rate in rates if rate == term.rate or self._equal(rate, term.rate)), None)
+            own, decide = number(term.rate), self.program.decide
+            same = next((rate for rate in rates if rate == term.rate or decide(equal, number(rate), own)), None)
             if same is None:
                 rates.append(same := term.rate)
             self._add(total, term._replace(rate=same), x)
         return {term: x for term, x in total.items() if not self.program.decide(is_zero, x)}
-
-    def _equal(self, rate: int, other: int) -> bool:
-        return bool(self.program.decide(equal, Number(self.program, rate), Number(self.program, other)))
 
     def expansion(self, expr: sp.Expr) -> Sum:
         """The sum that a formula is."""

@@ -12,7 +12,7 @@ import sympy as sp
 from nsmaps.arrays import Floats
 from nsmaps.errors import SystemDefinitionError
 from nsmaps.exact.engine.flight import layout as at
-from nsmaps.exact.flows.balls import Number, Program, Recorded
+from nsmaps.exact.flows.balls import Recorded
 from nsmaps.exact.flows.exponentials import Decomposition
 from nsmaps.exact.flows.formulas import (
     PHI,
@@ -73,10 +73,10 @@ class Formulas:
     @cached_property
     def flights(self) -> Recorded:
         """The tables without walls, laws and parameters, see `table_of_flight`."""
-        return Recorded(self.symbols, self._flight)
-
-    def _flight(self, program: Program) -> tuple[list[Number], Any]:
-        return table_of_flight(program, Decomposition(program).sum(self.displacement), len(self.symbols))
+        count = len(self.symbols)
+        return Recorded(
+            self.symbols, lambda program: table_of_flight(program, Decomposition(program).sum(self.displacement), count)
+        )
 
     @cached_property
     def curved(self) -> list[tuple[int, sp.Expr]]:

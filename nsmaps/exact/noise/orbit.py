@@ -95,13 +95,6 @@ class Step(NamedTuple):
 
 
 @inner
-def eta_at(step, s):
-    """The noise at a time s in the step."""
-    n = expand_about(step.noise, s)
-    return 2.0 * n.second + step.law.damping * n.rate + step.law.stiffness * n.value
-
-
-@inner
 def next_wall(p, ball, count, n, end):
     """The next impact before the end: (time until then, or infinity; True on the upper wall)."""
     has_up, has_down, _ = walls_of(p)
@@ -183,13 +176,14 @@ def record_impact(p, ball, count, up, v, impacts):
 @inner
 def write_return(step, ball, count, v, how, out):
     """Write one return of the ball, which stands on the base wall."""
-    p, i, word = step.p, count[MADE], word_of(count)
+    p, i, word, n, law = step.p, count[MADE], word_of(count), expand_about(step.noise, ball[NOW]), step.law
     after = i + 1
     out.codes[i], _ = append_symbol(word.code, word.place_value, base_of(p), word.letter, word.row)
     phi, whole = phase_and_turns(p, ball[ANGLE], ball[NOW])
     out.states[after, SPEED], out.states[after, PHASE] = v, phi
     out.turns[i, SPEED], out.turns[i, PHASE] = 0, count[WHOLE] + whole
-    out.outcome[i], out.time[i], out.eta[after] = how, ball[SINCE] + ball[NOW], eta_at(step, ball[NOW])
+    eta = 2.0 * n.second + law.damping * n.rate + law.stiffness * n.value
+    out.outcome[i], out.time[i], out.eta[after] = how, ball[SINCE] + ball[NOW], eta
     begin_word(count)
     count[BOUNCES], count[WHOLE], count[MADE], ball[SINCE] = 0, -whole, after, -ball[NOW]
 

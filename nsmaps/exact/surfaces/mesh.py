@@ -105,7 +105,10 @@ def mesh(system: "System", surface: Surface, family: "ReturnFamily", part: Part 
     pairs, outlines = _piece_changes(pieces, lattice, DRAWN if flat else HALVINGS)
     states = np.concatenate([lattice.states, pairs])
     same = np.concatenate([np.arange(len(lattice.states)), len(lattice.states) + _shared_vertices(pieces, pairs)])
-    label = _labels(np.concatenate([lattice.key, pieces(pairs)]), outlines)
+    label, key, named = np.full(len(states), -1), np.concatenate([lattice.key, pieces(pairs)]), np.unique(outlines[outlines >= 0])
+    _, number = np.unique(key[named], axis=0, return_inverse=True)
+    label[named] = number.ravel()
+    label[~key.any(axis=1)] = -1  # not on the surface
     fans = _fans(outlines, label), _fans(lattice.beside, np.zeros(len(states), int))
     triangles = same[np.concatenate([*(lattice.whole[:, corners] for corners in HALVES), *fans])]
     if not flat:
@@ -245,14 +248,6 @@ def _shared_vertices(pieces: _Pieces, pairs: Floats) -> Ints:
     number = np.arange(len(pairs))
     number[1::2][there] -= close & (kinds[near] == kinds[far]).all(axis=1)
     return number
-
-
-def _labels(key: Ints, outlines: Ints) -> Ints:
-    """A number for each key of the points on outlines, shape (P,), -1 where a point is on none or not on the surface."""
-    label, named = np.full(len(key), -1), np.unique(outlines[outlines >= 0])
-    _, number = np.unique(key[named], axis=0, return_inverse=True)
-    label[named] = number.ravel()
-    return np.where(key.any(axis=1), label, -1)
 
 
 def _fans(outlines: Ints, label: Ints) -> Ints:

@@ -168,7 +168,7 @@ def begin_alone(p, found, r, row, i, b, w):
 def begin_in_block(p, e, found, r, row, n, b):
     """Put n motions at their starts, from a row on, by a transition, into the queue of their mode."""
     begin_block(p, e, found, r, row, n, b)
-    free = len(p.growth)
+    free = len(p.steps)
     for k in range(n):
         if b.h[IN.kind + k] > 0:
             found.outcome[r, row + k] = LEFT
@@ -184,7 +184,7 @@ def begin_in_block(p, e, found, r, row, n, b):
 @inner
 def refill(p, found, r, row, b, w):
     """Put motions from a row on at their starts for as long as there is room; the row that follows them."""
-    free, rows, first = len(p.growth), found.states.shape[1], 0
+    free, rows, first = len(p.steps), found.states.shape[1], 0
     e = p.starts[first]
     plain = len(p.starts) == 1 and p.plain[p.function[e]]
     while b.length[free] > 0 and row < rows:
@@ -213,7 +213,7 @@ def advance_block(p, mode, found, r, b, w):
     for k in range(n):
         i = b.h[IN.motion + k]
         outcome, after = advance(p, mode, k, found, r, b, w)
-        enqueue(after if outcome == GOES_ON else len(p.growth), i, b)
+        enqueue(after if outcome == GOES_ON else len(p.steps), i, b)
         row = b.numbers[i, ROW]
         if outcome == LEFT:
             found.outcome[r, row] = LEFT
@@ -226,7 +226,7 @@ def advance_block(p, mode, found, r, b, w):
 @inner
 def returns_in_blocks(p, found, r, b, w):
     """Return number r of all motions of a record."""
-    free, row = len(p.growth), 0
+    free, row = len(p.steps), 0
     for i in range(BATCH):
         b.queue[free, i] = i
     b.length[free] = BATCH

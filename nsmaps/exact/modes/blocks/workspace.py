@@ -90,7 +90,7 @@ class Workspace(NamedTuple):
 
 def workspace(p: Any, directions: int, in_blocks: bool, moved: Any) -> Workspace:
     """Memory for returns of the system of a table, without room for motions where none are computed in blocks."""
-    n, width, queues = p.first.shape[1] - 1, p.growth.shape[1], len(p.growth) + 1 if in_blocks else 0
+    n, width, queues = p.first.shape[1] - 1, p.functions.shape[1], len(p.steps) + 1 if in_blocks else 0
     batch, pitch, d = (BATCH, PITCH, directions) if in_blocks else (0, 0, 0)
     features = np.zeros((1 + d, width, pitch))
     z, *_ = features

@@ -43,14 +43,6 @@ class GuardSurvey(NamedTuple):
 
 
 @inlined
-def flight_of(p, part, w):
-    """The flight of a set."""
-    known, behind = w.kind[part, KNOWN], w.kind[part, BEHIND]
-    mode = w.kind[part, MODE]
-    return ModeFlight(part, mode, known, behind, p.table.starts[behind] if known & STARTED else behind, p.last[mode])
-
-
-@inlined
 def is_on(p, flight, function):
     """Whether a function is zero at the start of a flight for all states."""
     return p.started[flight.behind, function] if flight.known & STARTED else p.on[flight.behind, function]
@@ -179,7 +171,8 @@ def take_step(p, flight, near, number, w):
 @inner
 def first_events(p, part, w):
     """Write all possible first events of a set into `hits` and `events`: the `SetFlight`."""
-    flight = flight_of(p, part, w)
+    mode, known, behind = w.kind[part, MODE], w.kind[part, KNOWN], w.kind[part, BEHIND]
+    flight = ModeFlight(part, mode, known, behind, p.table.starts[behind] if known & STARTED else behind, p.last[mode])
     put_features(w.parts[part], w.start, p.table.resets.shape[1])
     flow_to(p, flight.mode, 0.0, w)
     done, number = events_at_once(p, flight, w)

@@ -71,15 +71,14 @@ def mode_track(definition: Definition, table: Tables, start: Floats, n: int, sam
     """The motion from a row of the section's coordinates through at most n events. Raises as `events_of` and `check_samples`."""
     check_samples(n, samples)
     events = list(islice(events_of(definition, table, start, chatter), n))
-    ones = [definition.transitions[event.transition] for event in events]
-    time, phase = (np.array([getattr(event, name) for event in events]) for name in ("time", "phase"))
-    before, after = (np.array([getattr(event, name) for event in events]) for name in ("before", "after"))
+    transitions, following, time, phase, before, after, _ = map(np.array, zip(*events, strict=True))
+    ones = [definition.transitions[k] for k in transitions]
     times = np.linspace(time[:-1], time[1:], samples, axis=1)
     states, w = np.empty((*times.shape, len(definition.states))), memory(table, 0)
     for k, event in enumerate(events[:-1]):
         sample(table, event.mode, event.phase, event.after, times[k] - time[k], states[k], w)
     names, letters = (np.array([getattr(one, name) for one in ones], str) for name in ("name", "letter"))
-    modes = np.array([definition.modes[event.mode] for event in events[:-1]], str)
+    modes = np.array([definition.modes[mode] for mode in following[:-1]], str)
     return ModeTrack(definition.states, Events(names, letters, time, phase, before, after), modes, times, states)
 
 

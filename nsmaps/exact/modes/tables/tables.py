@@ -46,10 +46,8 @@ class Tables(NamedTuple):
     columns: Any  #: the features of these coefficients
     values: Any  #: and the coefficients, times the mode's longest step
     abscissa: Any  #: shape (M,), largest real part of an eigenvalue, or zero: the rate at which rounding grows
-    growth: Any  #: shape (M, N, N), exp(|Y| step): bounds what a remainder grows to within a step
     watched: Any  #: shape (M + 1,), where the functions of each mode begin
     functions: Any  #: shape (S, N), positive before their event
-    bounds: Any  #: shape (S, N), |function| growth
     propagators: Any  #: shape (M, TERMS, n N), Taylor series of exp(Y step tau) - 1 in tau, rows of the states
     flows: Any  #: shape (M, n, N, TERMS), the same by state and feature, of some states less that of another
     flow_features: Any  #: features of these, (M, n, N), those with more terms first, and how many each degree has, (M, n, TERMS)
@@ -158,7 +156,6 @@ def flows_of(rows: Rows, rate: float, horizon: float) -> dict[str, Any]:
         "columns": columns,
         "values": coefficients,
         "abscissa": np.maximum(0.0, np.linalg.eigvals(flows[:, :n, :n]).real.max(axis=1)),
-        "growth": exponential(np.abs(flows) * steps[:, None, None]),
     }
 
 
@@ -171,14 +168,14 @@ def functions_of(
     leads = [lead for lead, *_ in sets]
     functions = rows.functions[leads]
     modes, matrices = np.array([definition.transitions[k].mode for k in leads]), flow_matrices(rows.rates, rate)
-    bounds, steps = np.einsum("si,sij->sj", np.abs(functions), flows["growth"][modes]), flows["steps"][:, None, None]
+    steps = flows["steps"][:, None, None]
+    bounds = np.einsum("si,sij->sj", np.abs(functions), exponential(np.abs(matrices) * steps)[modes])
     which = {k: function for function, group in enumerate(sets) for k in group}
     on = vanishing(definition, values, leads, functions.shape[1])
     bounces = [function_after(definition, functions, modes, on, k, which.get(k, 0)) for k in range(len(definition.transitions))]
     return {
         "watched": np.cumsum([0, *map(len, groups)]),
         "functions": functions,
-        "bounds": bounds,
         **polynomials_of(rows.rates.shape[1], steps * matrices, functions, modes, bounds),
         "choices": np.cumsum([0, *map(len, sets)]),
         "chosen": np.array([k for group in sets for k in group]),
