@@ -10,9 +10,8 @@ import sympy as sp
 
 from nsmaps.arrays import Floats
 from nsmaps.errors import CheckError, check_known
-from nsmaps.exact.flows.alternatives import FORCING
 from nsmaps.exact.flows.formulas import in_symbols
-from nsmaps.exact.flows.source import acceleration_of, displacement_of, law_of, period_of, walls_of
+from nsmaps.exact.flows.source import FORCING, acceleration_of, displacement_of, law_of, period_of, walls_of
 from nsmaps.exact.systems.hybrid import HybridSystem
 from nsmaps.exact.systems.parameters import System, choices_of
 from nsmaps.exact.systems.system import ImpactSystem

@@ -13,7 +13,7 @@ from nsmaps.exact.compiling.compiled import njit
 from nsmaps.exact.enclosure.arithmetic import elementary
 from nsmaps.exact.enclosure.arithmetic.balls import Ball
 from nsmaps.exact.enclosure.flight import flow
-from nsmaps.exact.enclosure.flight.tables import ball_flow, enclosed_table
+from nsmaps.exact.enclosure.impacts import ball_flow, enclosed_table
 
 SYSTEMS = {
     "dragged": DraggedBall(a=3.0, r=0.8),

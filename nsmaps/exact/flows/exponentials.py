@@ -11,9 +11,9 @@ import sympy as sp
 from flint import acb
 
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.flows.alternatives import FORCING
 from nsmaps.exact.flows.balls import Number, Program, equal, is_zero
 from nsmaps.exact.flows.formulas import PHI, S, W, Z
+from nsmaps.exact.flows.source import FORCING
 
 STATE = {Z: "z", W: "w"}
 HALF = sp.S.Half

@@ -9,10 +9,20 @@ from typing import Any
 import sympy as sp
 
 from nsmaps.errors import NsmapsError, SystemDefinitionError
-from nsmaps.exact.flows.alternatives import DELAY, PHASE_LAW
 from nsmaps.exact.systems.files import place_of
 from nsmaps.exact.systems.walls import ImpactFormulas, Wall
 
+# what can be written in place of a formula that is refused: sentences that end its message
+DELAY = "a delay is out of scope: the state of such a system is a function, which finitely many coordinates do not give"
+FORCING = (
+    "a second forcing of frequency w is two states p, q of a `HybridSystem` with the rates p' = -w*q and q' = w*p, and a decay a "
+    "state with e' = -k*e"
+)
+PHASE_LAW = "a restitution that depends on the phase is the `reset` of a `Guard` in a `HybridSystem`"
+FRICTION = (
+    "friction in contact is a `SlidingSurface` between two modes of `rests`, one for each direction, and an impact that leads to "
+    "another mode a `Guard` of its own with `where`"
+)
 NOT_NUMBERS = "use sympy's functions (from sympy import cos), not those of math or numpy, and no float() or int()"
 ADVICE = {  #: by the message of Python's error in a formula
     "truth value": "formulas may not branch on the value of a parameter or of the flight; a choice is a field of another type",

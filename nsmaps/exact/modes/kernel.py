@@ -21,11 +21,9 @@ from nsmaps.exact.modes.blocks.workspace import workspace
 from nsmaps.exact.modes.definitions.build import definition_of
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.paths.arriving import arrivals_of
-from nsmaps.exact.modes.paths.extents import extents_of, fastest_of
-from nsmaps.exact.modes.paths.impacts import flights_of, impacts_of
 from nsmaps.exact.modes.paths.placing import Surfaces, nearest_on_section, on_section, surfaces_of, why_off
 from nsmaps.exact.modes.paths.reasons import arrival_reasons_of, reasons_of
-from nsmaps.exact.modes.paths.tracks import mode_track, shortest_rest
+from nsmaps.exact.modes.paths.tracks import extents_of, fastest_of, flights_of, impacts_of, mode_track, shortest_rest
 from nsmaps.exact.modes.tables.memory import Memory, Record, memory
 from nsmaps.exact.modes.tables.nonlinear import write_variations
 from nsmaps.exact.modes.tables.tables import Tables, first_choices, moved_of, tables_of

@@ -9,7 +9,7 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.kernel import STEPS
-from nsmaps.exact.modes.definitions.driven import STEP
+from nsmaps.exact.modes.definitions.build import STEP
 from nsmaps.exact.modes.kernel import known_definition
 from nsmaps.exact.modes.tables.memory import Record, memory
 from nsmaps.exact.modes.tables.tables import Tables, tables_of

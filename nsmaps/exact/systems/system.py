@@ -163,7 +163,7 @@ def _check_class(cls: type[ImpactSystem]) -> None:
             f"{cls.__name__} has no parameter r for Newton's restitution; expected: a field `r: float`, or a method `rebound`"
         )
     if "sympy" in sys.modules:
-        from nsmaps.exact.systems.checks import check_definition
+        from nsmaps.exact.flows.formulas import check_definition
 
         check_definition(cls)
 

@@ -6,8 +6,8 @@ from typing import Any
 import sympy as sp
 
 from nsmaps.exact.flows.formulas import PHI
+from nsmaps.exact.modes.definitions.build import DEGREE, STEP
 from nsmaps.exact.modes.definitions.definition import Definition
-from nsmaps.exact.modes.definitions.driven import DEGREE, STEP
 from nsmaps.exact.modes.kernel import known_definition
 from nsmaps.exact.systems.guards import Guard, PoincareSection, SlidingSurface
 from nsmaps.exact.systems.hybrid import HybridSystem

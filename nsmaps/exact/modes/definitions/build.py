@@ -1,16 +1,16 @@
 """A class of systems with modes, read as a whole: modes, guards, slidings and section become a `Definition`."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import sympy as sp
 
-from nsmaps.errors import SystemDefinitionError
+from nsmaps.errors import NsmapsError, SystemDefinitionError
 from nsmaps.exact.flows.formulas import PHI, in_symbols
+from nsmaps.exact.flows.source import ADVICE
 from nsmaps.exact.modes.definitions.definition import Definition, Transition
-from nsmaps.exact.modes.definitions.driven import STEP, check_driven, check_noise, noise_rates, noise_states
-from nsmaps.exact.modes.definitions.evaluate import evaluate_formulas
 from nsmaps.exact.modes.definitions.events.contact import Contact, contact_of, contact_transitions
 from nsmaps.exact.modes.definitions.events.crossings import divide_modes, nothing_changes
 from nsmaps.exact.modes.definitions.events.parts import in_part, later, signs_of, with_kink_crossings
@@ -22,6 +22,11 @@ from nsmaps.exact.modes.definitions.sections import check_starts, clock_of, coor
 from nsmaps.exact.systems.files import check_period
 from nsmaps.exact.systems.guards import Guard, HybridFormulas, PoincareSection, SlidingSurface
 from nsmaps.exact.systems.parameters import choices_of
+
+Formulas = tuple[Mapping[str, Mapping[str, Any]], Mapping[str, Guard | SlidingSurface], PoincareSection]
+SIDES = "before", "after"
+STEP = sp.Symbol("_h", positive=True)  #: of the grid in time, the last of the symbols
+DEGREE = 3  #: of the noise over a step
 
 
 def definition_of(system: HybridFormulas, driven: bool = False) -> Definition:
@@ -180,3 +185,73 @@ def _reset(reader: Reader, guard: Guard, what: str) -> tuple[tuple[Row, ...], tu
             check_periodic(expr, f"the reset of {state} by {what}")
             curved.append((k, expr))
     return tuple(rows), tuple(curved)
+
+
+def check_noise(name: str, noise: str, taken: Sequence[str]) -> None:
+    """Refuse a name of the noise that is that of something else."""
+    if not noise.isidentifier() or noise in taken:
+        raise SystemDefinitionError(
+            f"{name}.noise is {noise!r}; expected: a name of its own for the noise, such as 'eta', which formulas use as y.eta"
+        )
+
+
+def noise_states(noise: str) -> dict[str, sp.Symbol]:
+    """The noise, a cubic over a step in time, and its derivatives in units of the step by their names, as states."""
+    return {noise if k == 0 else f"_{noise}_{k}": sp.Symbol(f"_n_{k}", real=True) for k in range(DEGREE + 1)}
+
+
+def noise_rates(states: Mapping[str, sp.Symbol]) -> dict[str, sp.Expr]:
+    """The rates of the noise and its derivatives."""
+    symbols = list(states.values())
+    return {name: y / STEP for name, y in zip(states, symbols[1:], strict=False)} | dict.fromkeys(list(states)[-1:], sp.S.Zero)
+
+
+def check_driven(name: str, noise: str, definition: Definition) -> None:
+    """Refuse noise that no formula holds."""
+    place, own = definition.states.index(noise), len(definition.states) - DEGREE - 1
+    symbol = definition.variables[place]
+    rows = [row for mode in definition.rates for row in mode[:own]] + [one.function for one in definition.transitions]
+    smooth = [rate for mode in definition.smooth for rate in mode[:own]]
+    if all(row.coefficients[place] == 0 for row in rows) and not any(x.has(symbol) for x in (*smooth, *definition.derived)):
+        raise SystemDefinitionError(f"{name}.noise is {noise!r}, and no rate or guard has it; expected: y.{noise} in formulas")
+
+
+def evaluate_formulas(system: HybridFormulas, t: sp.Expr, y: SimpleNamespace) -> Formulas:
+    """The modes, guards and section of a system, at symbols for the time and the states.
+
+    Raises:
+        SystemDefinitionError: one of them fails with symbols, or is of another kind.
+    """
+    modes, guards, section = (_call(system, formula, t, y) for formula in ("modes", "guards", "section"))
+    if not isinstance(modes, Mapping) or not modes or not all(isinstance(rates, Mapping) for rates in modes.values()):
+        raise _wrong_kind(
+            system, "modes", modes, "the rates of all states by the names of modes, as {'flight': {'x': y.v, 'v': -1}}"
+        )
+    if not isinstance(guards, Mapping) or not all(isinstance(one, Guard | SlidingSurface) for one in guards.values()):
+        raise _wrong_kind(system, "guards", guards, "a `Guard` or a `SlidingSurface` by its name, as {'I': Guard('flight', y.x)}")
+    if not isinstance(section, PoincareSection):
+        raise _wrong_kind(system, "section", section, "a `PoincareSection`, as PoincareSection('I', ('v', 'phi'))")
+    if section.side not in SIDES:
+        raise _wrong_kind(system, "section", section.side, f"its side as {' or '.join(map(repr, SIDES))}")
+    return modes, guards, section
+
+
+def _wrong_kind(system: HybridFormulas, formula: str, given: Any, expected: str) -> SystemDefinitionError:
+    """The error of a formula of another kind."""
+    return SystemDefinitionError(f"{type(system).__name__}.{formula} is {given!r:.60}; expected: {expected}")
+
+
+def _call(system: HybridFormulas, formula: str, t: sp.Expr, y: SimpleNamespace) -> Any:
+    """The result of a formula; an error of Python in it as one of the definition."""
+    try:
+        return getattr(system, formula)(t, y)
+    except NsmapsError:
+        raise
+    except Exception as error:
+        why = f"{type(error).__name__}: {error}".replace("_p_", "").replace("_y_", "y.").replace("_phi", "phi")
+        missing = isinstance(error, AttributeError) and isinstance(error.obj, SimpleNamespace)
+        advice = next((advice for sign, advice in ADVICE.items() if sign in why), "")
+        if missing:
+            advice = f"the states are {', '.join(f'y.{name}' for name in vars(y))}"
+        message = f"{type(system).__name__}.{formula} cannot be written in symbols ({why}){advice and f'; {advice}'}"
+        raise SystemDefinitionError(message) from error

@@ -8,9 +8,9 @@ import sympy as sp
 from sympy.core.function import AppliedUndef
 
 from nsmaps.errors import SystemDefinitionError, check_known
-from nsmaps.exact.flows.alternatives import DELAY, FORCING
 from nsmaps.exact.flows.formulas import PHI, trials
 from nsmaps.exact.flows.laws import replace_functions
+from nsmaps.exact.flows.source import DELAY, FORCING
 from nsmaps.exact.modes.definitions.events.kinks import KINKS, Kinks
 from nsmaps.exact.modes.definitions.rows import NEAR, Row, row_of, same_row
 

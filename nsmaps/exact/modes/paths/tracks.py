@@ -1,4 +1,4 @@
-"""The motion of a system with modes through its events, sampled."""
+"""The motion of a system with modes through its events, sampled: tracks, impacts, extents of flights."""
 
 from collections.abc import Iterator
 from itertools import islice
@@ -9,15 +9,25 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.errors import StateError
 from nsmaps.exact.chatter import SUMMED_SPEED
+from nsmaps.exact.engine.returns import CHATTER
 from nsmaps.exact.events import Events, ModeTrack, check_samples
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.march.events import Passage
 from nsmaps.exact.modes.march.words import INSTANT
+from nsmaps.exact.modes.paths.arriving import features_of, velocities
 from nsmaps.exact.modes.paths.path import FILLED, EventRows, begin_track, begin_track_in, continue_track, event_rows, sample
 from nsmaps.exact.modes.tables.memory import FIRST, Memory, memory
 from nsmaps.exact.modes.tables.tables import Tables
+from nsmaps.exact.returns import Impacts
+from nsmaps.exact.words import CHATTER as CHATTERED
+from nsmaps.exact.words import REST as RESTED
 
 EVENTS = 32  #: that are computed at a time
+SPEED = 1  #: place of the velocity among the states of an impact system
+MOST_EVENTS = 64  #: of a return, beyond which its motion is not looked at
+LAST = -1  #: instant of a flight, just before the event at its end
+SAMPLES = 9  #: instants of a flight
+SLOW = 1e-9  #: share of the largest rate of a function between events, below which its rate at them is rounding
 
 
 class Event(NamedTuple):
@@ -30,6 +40,9 @@ class Event(NamedTuple):
     before: Floats  #: shape (n,), states just before
     after: Floats  #: shape (n,)
     contact: int  #: how contact begins at it: `CHATTER` or `REST` of the march, 0 without
+
+
+Flight = tuple[Event, Event, Floats, Floats]  #: events at both ends, times since the first (K,), states (K, n)
 
 
 def events_of(definition: Definition, table: Tables, start: Floats, chatter: float = SUMMED_SPEED) -> Iterator[Event]:
@@ -103,3 +116,70 @@ def shortest_rest(definition: Definition, table: Tables, start: Floats) -> float
         elif not table.resting[one.mode]:
             since = event.time
     return float(shortest)
+
+
+def extents_of(definition: Definition, table: Tables, starts: Floats) -> Floats:
+    """The largest extent of each coordinate on a flight of the first returns of starts (N, m), shape (m,).
+
+    Zero of a coordinate that changes by resets only, and of the phase. Raises as `events_of`.
+    """
+    moved = np.zeros(len(definition.states) + 1)  # the last one is the phase, whose place is -1
+    for _, _, _, states in first_flights(definition, table, starts):
+        moved[:-1] = np.maximum(moved[:-1], np.ptp(states, axis=0))
+    return np.asarray(moved[np.asarray(table.places)])
+
+
+def fastest_of(definition: Definition, table: Tables, starts: Floats, between: bool) -> Floats:
+    """The largest rate of each function, shape (S,), just before the events of first returns, or `between` them too.
+
+    That between events is also taken where those at events are rounding. Raises as `events_of`.
+    """
+    at_events, ever = np.zeros(len(table.functions)), np.zeros(len(table.functions))
+    for begin, _, times, states in first_flights(definition, table, starts):
+        phases = begin.phase + table.rate * times
+        rates = np.abs(velocities(table, begin.mode, features_of(table, states, phases), phases) @ table.functions.T)
+        rates /= table.steps[begin.mode]
+        at_events, ever = np.maximum(at_events, rates[LAST]), np.maximum(ever, rates.max(axis=0))
+    return ever if between else np.where(at_events > SLOW * ever, at_events, ever)
+
+
+def first_flights(definition: Definition, table: Tables, starts: Floats) -> Iterator[Flight]:
+    """The flights of the first returns of starts (N, m). Raises as `events_of`."""
+    section, w = {definition.transitions[one.transition].name for one in definition.starts}, memory(table, 0)
+    for start in starts:
+        last: Event | None = None
+        for event in islice(events_of(definition, table, start), MOST_EVENTS):
+            if last is not None:
+                times, states = np.linspace(0.0, event.time - last.time, SAMPLES), np.empty((SAMPLES, len(event.after)))
+                sample(table, last.mode, last.phase, last.after, times, states, w)
+                yield last, event, times, states
+                if definition.transitions[event.transition].name in section:
+                    break
+            last = event
+
+
+def impacts_of(definition: Definition, table: Tables, start: Floats, n: int, chatter: float) -> Impacts:
+    """The first n impacts and releases of the motion from one state, shape (2,). StateError if it is not a start."""
+    events = list(islice(events_of(definition, table, start, chatter), n))
+    ones = [definition.transitions[event.transition] for event in events]
+    wall = np.array([definition.letters.index(one.name) for one in ones], np.int8)
+    time, phase = (np.array([getattr(event, name) for event in events]) for name in ("time", "phase"))
+    speed = np.abs([event.before[SPEED] for event in events])
+    begun = [CHATTERED if event.contact == CHATTER else RESTED for event in events]  # how the contact at it begins
+    marks = ["", *(mark if one.releases else "" for mark, one in zip(begun, ones[1:], strict=False))]
+    *_, last = events
+    if len(events) < n and last.contact:
+        marks[-1:] = [RESTED]  # until all times
+    return Impacts(definition.letters, wall, time, phase, speed, np.array(marks))
+
+
+def flights_of(definition: Definition, table: Tables, impacts: Impacts, samples: int) -> tuple[Floats, Floats, Floats]:
+    """Times, displacements and velocities in the M - 1 flights between impacts, each of shape (M - 1, samples)."""
+    if len(impacts.time) < 2:
+        return (np.empty((0, samples)),) * 3
+    base, *_ = definition.transitions
+    by_place, *_ = base.function.coefficients
+    start = np.array([impacts.speed[FIRST], impacts.phase[FIRST]])
+    track = mode_track(definition, table, start, len(impacts.time), samples, SUMMED_SPEED)
+    places, speeds = np.moveaxis(track.states, -1, 0)
+    return track.time, places, -float(by_place) * speeds

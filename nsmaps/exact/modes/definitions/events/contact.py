@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import sympy as sp
 
 from nsmaps.errors import SystemDefinitionError
-from nsmaps.exact.flows.alternatives import FRICTION
 from nsmaps.exact.flows.formulas import PHI, trials
+from nsmaps.exact.flows.source import FRICTION
 from nsmaps.exact.modes.definitions.definition import Transition
 from nsmaps.exact.modes.definitions.events.sliding import Rates, on_surface
 from nsmaps.exact.modes.definitions.formulas import Reader, check_names, text_of
