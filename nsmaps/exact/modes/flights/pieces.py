@@ -160,9 +160,9 @@ def localize_wave(turn, cosine, w):
 @inner
 def take_step(p, mode, max_length, w):
     """Begin a piece of a Taylor flight at the features in memory: its length; zero where no Taylor series is the flight."""
-    q, derivatives = w.piece, w.dz.shape[1] > 0
+    q, derivatives, program = w.piece, w.dz.shape[1] > 0, 1 if w.moved.here else 0
     if derivatives:
-        expand(p.variations[1 if w.moved.here else 0, mode], p.own, q.varied, q.variations, w)
+        expand(p.variations[program, mode], p.own, q.varied, q.variations, w)
     if not derivatives or len(q.derived) > 0:  # else the series are the first rows of the derivatives'
         expand(p.taylor[mode], len(q.state), q.state, q.series, w)
     waves = (len(w.z) - len(w.piece.state) - 1) // 2

@@ -164,12 +164,14 @@ def piece(p: Any, directions: int, moved: Moved) -> Piece:
     columns = own + int(p.rate > 0) + int(moved.here)
     rows = own * (1 + columns) if directions else 0
     law = own * (own + 3) + p.kinds.shape[1] * (own + 2)
-    ones = {name: np.zeros(1) for name in ("phase", "length", "time", "halt")}
     varied = np.zeros(rows)
     varied[own:].reshape(-1, columns)[: own if rows else 0, :own] = np.eye(own)[: own if rows else 0]
     variations = np.zeros((rows, DEGREE + 1))
     return Piece(
-        **ones,
+        phase=np.zeros(1),
+        length=np.zeros(1),
+        time=np.zeros(1),
+        halt=np.zeros(1),
         state=np.zeros(n),
         varied=varied,
         settings=np.concatenate([np.zeros(1), p.parameters, moved.parameters if moved.here else np.zeros(count), np.zeros(1)]),
@@ -194,17 +196,22 @@ def piece(p: Any, directions: int, moved: Moved) -> Piece:
 def memory(p: Any, directions: int, moved: Moved | None = None, units: Any = None, chatter: float = SUMMED_SPEED) -> Memory:
     """Memory for the returns of one thread, with margins if their units are given, one for each function, shape (S,)."""
     n, width, functions, moved = p.first.shape[1] - 1, p.resets.shape[2], len(p.functions), moved or still(p)
-    features = {name: np.zeros(width) for name in ("z", "field", "other", "one", "two")}
-    polynomials = {name: np.zeros(TERMS) for name in ("a", "b", "c", "powers")}
     return Memory(
-        **features,
-        **polynomials,
+        z=np.zeros(width),
         dz=np.zeros((width, directions)),
         dphi=np.zeros(directions),
         d=np.zeros((ORDER + 2, width)),
         e=np.zeros((ORDER + 2, width)),
+        a=np.zeros(TERMS),
+        b=np.zeros(TERMS),
+        c=np.zeros(TERMS),
+        powers=np.zeros(TERMS),
         flow=np.zeros(n * width),
+        field=np.zeros(width),
         on=np.zeros(functions, np.int64),
+        other=np.zeros(width),
+        one=np.zeros(width),
+        two=np.zeros(width),
         reals=np.zeros(REALS),
         integers=np.zeros(INTEGERS, np.int64),
         start_rates=np.zeros((2, width)),
