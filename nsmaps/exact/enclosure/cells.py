@@ -25,7 +25,7 @@ from nsmaps.exact.enclosure.subdivide import (
 )
 from nsmaps.exact.enclosure.taylor_set import ON_TOP, ROW, SMOOTH, box_of, box_set, get_set, put_set
 from nsmaps.exact.engine.flight.flow import on_top
-from nsmaps.exact.engine.jit import inlined, inner, long_entry
+from nsmaps.exact.engine.jit import allocating, inlined, inner, long_entry
 from nsmaps.exact.engine.observers import BASE, OTHER, base_of
 from nsmaps.exact.engine.returns import PHASE, SPEED, append_symbol
 
@@ -131,13 +131,17 @@ def corner(cell, c, slope, end):
     return exact(cell[c, end if slope.centre > 0.0 else UPPER - end])
 
 
-def set_memory() -> SetMemory:
-    """Memory for the boxes of one thread."""
+compiled_box_memory = allocating(box_memory)
+
+
+@allocating
+def set_memory():
+    """A workspace."""
     parts, hits = np.empty((MOST_PARTS, ROW)), np.empty((MOST_HITS, ROW))
-    return SetMemory(box_memory(2, PHASE), parts, hits, np.empty((2, 2)))
+    return SetMemory(compiled_box_memory(2, PHASE), parts, hits, np.empty((2, 2)))
 
 
 @long_entry
-def all_box_images(p, w, boxes, rows):
+def all_box_images(p, boxes, rows):
     """Write the images of boxes of shape (N, 2, 2): see `enclose_boxes`."""
-    return enclose_boxes(p, boxes, rows, w, cell_images)
+    return enclose_boxes(p, boxes, rows, set_memory(), cell_images)

@@ -9,7 +9,7 @@ from nsmaps.coordinates import TWO_PI
 from nsmaps.errors import ProofError
 from nsmaps.exact.enclosure.arithmetic.balls import ENLARGE
 from nsmaps.exact.enclosure.arithmetic.formulas import ball_law_address
-from nsmaps.exact.enclosure.cells import all_box_images, set_memory
+from nsmaps.exact.enclosure.cells import all_box_images
 from nsmaps.exact.enclosure.flight.flow import BallFlow
 from nsmaps.exact.enclosure.images import UPPER, BoxImages, as_boxes
 from nsmaps.exact.enclosure.subdivide import MOST_IMAGES
@@ -30,7 +30,7 @@ def image_boxes(system: ImpactFormulas, boxes: ArrayLike) -> BoxImages:
     start, table = as_boxes(boxes, system.coordinates).copy(), enclosed_table(system)
     below, none = start[:, SPEED].T < 0
     start[:, SPEED] = np.maximum(start[:, SPEED], 0)
-    found = images_in_chunks(system, start, lambda *given: all_box_images(ball_flow(table), set_memory(), *given))
+    found = images_in_chunks(system, start, lambda *given: all_box_images(ball_flow(table), *given))
     kept, bounded, empty = ~none[found.source], found.bounded | none, found.empty | below
     return BoxImages(found.source[kept], found.images[kept], found.words[kept], bounded, empty)
 
