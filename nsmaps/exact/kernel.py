@@ -77,7 +77,11 @@ class Kernel(ABC):
 
     def first_returns(self, start: Floats, derivative: bool, chatter: float) -> Returns:
         """First returns, on all cores."""
-        rows = self.batch(start, start.shape[-1] if derivative else 0, chatter)
+        rows, count = return_rows(start, 1, start.shape[-1] if derivative else 0), len(start)
+        if 0 < count <= self.chunk:
+            self.compute(rows, chatter)
+        else:
+            in_chunks(count, lambda k: self.compute(rows.part(k), chatter), self.chunk)
         return self.returns(rows, derivative)
 
     def orbits(self, start: Floats, n: int, derivative: bool, chatter: float) -> Returns:
@@ -85,15 +89,6 @@ class Kernel(ABC):
         rows = return_rows(start, n, start.shape[-1] if derivative else 0)
         self.compute(rows, chatter)
         return self.returns(rows, derivative)
-
-    def batch(self, start: Floats, directions: int, chatter: float) -> ReturnRows:
-        """The rows of first returns, on all cores."""
-        rows, count = return_rows(start, 1, directions), len(start)
-        if 0 < count <= self.chunk:
-            self.compute(rows, chatter)
-        else:
-            in_chunks(count, lambda k: self.compute(rows.part(k), chatter), self.chunk)
-        return rows
 
     def returns(self, rows: ReturnRows, derivative: bool) -> Returns:
         """Rows as a result, one after another."""

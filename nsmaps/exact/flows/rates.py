@@ -44,7 +44,8 @@ def rates_and_powers(program: Program, total: Sum, harmonics: int) -> tuple[list
     """The plain rates, then the chained ones; and the coefficients of s^n/n! from n = 2 on."""
     powers, plain, chains = list[Row](), list[Rate](), list[Rate]()
     for place, found in coefficients(program, total, harmonics).items():
-        rows, rate = [scale_row(program.number(math.factorial(n)), row) for n, row in enumerate(found)], Number(program, place)
+        rows = [[program.number(math.factorial(n)) * x for x in row] for n, row in enumerate(found)]
+        rate = Number(program, place)
         first, *higher = rows
         if not place:
             powers = rows[2:]
@@ -107,11 +108,6 @@ def size(x: acb) -> acb:
     return acb(abs(x))
 
 
-def scale_row(factor: Number, row: Row) -> Row:
-    """A row times a number."""
-    return [factor * x for x in row]
-
-
 def slow_wave(rate: Number, row: Row) -> list[Rate]:
     """A damped wave by exp(a s) cos(k s) and exp(a s) sin(k s)/k, the divided difference of the rates a + i k and a - i k."""
     other = rate.of(acb.conjugate)
@@ -130,7 +126,7 @@ def pair_rates(program: Program, plain: list[Rate]) -> list[Rate]:
                 delta = other.rate - one.rate
                 both = [x + y for x, y in zip(one.coefficients, other.coefficients, strict=True)]
                 pairs += [Rate(one.rate, both, linked=True)]
-                pairs += [Rate(other.rate, scale_row(delta, other.coefficients), 1, delta)]
+                pairs += [Rate(other.rate, [delta * x for x in other.coefficients], 1, delta)]
     return single + pairs
 
 

@@ -6,10 +6,8 @@ that flights and events, of affine and of nonlinear modes, are as those without 
 places and speeds at the ends are exact.
 """
 
-import math
 from typing import Any, NamedTuple
 
-from nsmaps.coordinates import TWO_PI
 from nsmaps.exact.engine.jit import inner, long_entry
 from nsmaps.exact.engine.returns import ENDLESS, INVALID, LOST, REPELLING, RESTS, RETURNED, STUCK, UNDECIDED
 from nsmaps.exact.modes.flights.motion import begin_piece, copy_features
@@ -21,10 +19,12 @@ from nsmaps.exact.modes.march.returns import (
     MOST_EVENTS,
     PAUSE,
     Limits,
+    Return,
     begin_next_return,
     enter_return,
     follow_motion,
     write_image,
+    write_return,
 )
 from nsmaps.exact.modes.march.section import is_repelled
 from nsmaps.exact.modes.march.starting import find_start
@@ -105,16 +105,14 @@ def recount_zeros(p, mode, h, w):
 
 
 @inner
-def write_return(p, outcome, motion, out, w):
+def end_return(p, outcome, motion, out, w):
     """Write a return that has just ended, whose image is in memory."""
     run, count = motion
     i = count[MADE]
     after = i + 1
     write_image(out.found, i, ONE, w)
-    for c in range(len(p.places)):
-        out.found.turns[i, ONE, c] = count[WHOLE] if p.places[c] < 0 else 0
-    out.found.codes[i, ONE], out.found.time[i, ONE] = count[CODE], run[SINCE]
-    out.found.outcome[i, ONE] = UNDECIDED if count[DOUBT] > 0 else outcome
+    ended = Return(UNDECIDED if count[DOUBT] > 0 else outcome, count[CODE], run[SINCE], count[WHOLE])
+    write_return(p, out.found, i, ONE, ended)
     out.eta[after] = w.z[p.own - DERIVATIVES]
     count[MADE] = after
 
@@ -180,7 +178,7 @@ def advance(p, h, motion, out, o, w):
         write_motion(motion, passage.motion)
         left -= run[SINCE] - since
         if passage.outcome in (RETURNED, STUCK):
-            write_return(p, passage.outcome, motion, out, w)
+            end_return(p, passage.outcome, motion, out, w)
             if count[MADE] < len(out.found.codes):
                 continue_from(p, passage, motion, o, w)
         elif passage.outcome != GOES_ON:
@@ -200,9 +198,6 @@ def prepare(p, first, motion, out, w):
     row = out.found.states[START, ONE]
     count[LAST], run[PHASE] = find_start(p, row, w)
     run[ETA], out.eta[START], count[FATE] = first, first, INVALID if count[LAST] < 0 else UNDER_WAY
-    for c in range(len(p.places)):
-        if p.places[c] < 0 and count[LAST] >= 0:
-            count[WHOLE] = math.floor(row[c] / TWO_PI)
 
 
 @long_entry
@@ -222,11 +217,9 @@ def noisy_motion(p, grid, normals, motion, out, o, w):
         if count[STEPS] == 0:
             begin_totals(o.q)
             write_before(p, o.q, w)
-            whole = count[WHOLE]
             now = enter_return(p, count[LAST], run[PHASE], w)
             join_start(p, now, count[LAST], o, w)
             write_motion(motion, now)
-            count[WHOLE] = whole
             if run[ETA] == 0.0:  # coordinates give a state of the system without noise
                 outcome = begin_mode(p, now.mode, w)
                 count[FATE] = UNDER_WAY if outcome == GOES_ON else outcome

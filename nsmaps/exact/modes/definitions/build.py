@@ -44,7 +44,8 @@ def definition_of(system: HybridFormulas, driven: bool = False) -> Definition:
     t = CLOCK if period is None else PHI * sp.sympify(period) / (2 * sp.pi)
     rate = sp.S.Zero if period is None else 2 * sp.pi / sp.sympify(period)
     variables = {name: sp.Symbol(f"_y_{name}", real=True) for name in cls.states}
-    noise = noise_states(cls.noise) if driven else {}
+    names = [cls.noise if k == 0 else f"_{cls.noise}_{k}" for k in range(DEGREE + 1 if driven else 0)]
+    noise = {name: sp.Symbol(f"_n_{k}", real=True) for k, name in enumerate(names)}  # a cubic over a step, and its derivatives
     known = (*symbols.values(), STEP) if driven else tuple(symbols.values())
     reader = Reader(cls.__name__, frozenset(known), variables | noise, rate, tuple(noise))
     y = cls._arguments(reader.states)
@@ -193,11 +194,6 @@ def check_noise(name: str, noise: str, taken: Sequence[str]) -> None:
         raise SystemDefinitionError(
             f"{name}.noise is {noise!r}; expected: a name of its own for the noise, such as 'eta', which formulas use as y.eta"
         )
-
-
-def noise_states(noise: str) -> dict[str, sp.Symbol]:
-    """The noise, a cubic over a step in time, and its derivatives in units of the step by their names, as states."""
-    return {noise if k == 0 else f"_{noise}_{k}": sp.Symbol(f"_n_{k}", real=True) for k in range(DEGREE + 1)}
 
 
 def noise_rates(states: Mapping[str, sp.Symbol]) -> dict[str, sp.Expr]:

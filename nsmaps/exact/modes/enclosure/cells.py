@@ -54,15 +54,21 @@ def distance(p, b, w):
 
 
 @inner
-def nearest_start(p, cell, w):
-    """The least of the distances within which some start of all states of a cell certainly is."""
-    bound = math.inf
+def survey_starts(p, cell, w):
+    """The least of the distances within which some start of all states of a cell certainly is, and of the bounds of `most_below`.
+
+    These are of the starts where all states certainly are, and fall.
+    """
+    bound, fewest = math.inf, MOST_BELOW
     for b in range(len(p.table.starts)):
         _, sure = put_start(p, b, cell, w)
         _, far = distance(p, b, w)
-        if sure and far < bound:
-            bound = far
-    return bound + AT_ONCE
+        bound = far if sure and far < bound else bound
+        if sure and far <= AT_ONCE:
+            count = most_below(p, b, w)
+            _, falls = fall_at_start(p, b, w)
+            fewest = min(fewest, count) if falls else fewest
+    return bound + AT_ONCE, fewest
 
 
 @inner
@@ -75,21 +81,6 @@ def most_below(p, b, w):
         if f != p.table.function[p.table.starts[b]] and lower_bound(w.delay) <= AT_ONCE * magnitude(w.delay):
             count += 1
     return count
-
-
-@inner
-def fewest_below(p, cell, w):
-    """The least of these bounds at starts where all states of a cell certainly are, and fall."""
-    fewest = MOST_BELOW
-    for b in range(len(p.table.starts)):
-        _, sure = put_start(p, b, cell, w)
-        _, far = distance(p, b, w)
-        if sure and far <= AT_ONCE:
-            count = most_below(p, b, w)
-            _, falls = fall_at_start(p, b, w)
-            if falls:
-                fewest = min(fewest, count)
-    return fewest
 
 
 @inner
@@ -123,7 +114,7 @@ def cell_images(p, k, w):
     w.excess[:] = 0.0
     w.box.spread[:] = 0.0
     several = len(p.table.starts) > 1
-    reach, fewest = (nearest_start(p, cell, w), fewest_below(p, cell, w)) if several else (math.inf, MOST_BELOW)
+    reach, fewest = survey_starts(p, cell, w) if several else (math.inf, MOST_BELOW)
     for b in range(len(p.table.starts)):
         may, surely = put_start(p, b, cell, w)
         near, _ = distance(p, b, w) if several else (0.0, 0.0)

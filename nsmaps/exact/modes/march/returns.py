@@ -260,7 +260,5 @@ def arrivals(p, modes, states, phases, found, begin, w):
             return k
         ended = first_arrival(p, modes[k], states[k], phases[k], w)
         write_image(found, first, k, w)
-        found.outcome[first, k], found.codes[first, k], found.time[first, k] = ended.outcome, ended.code, ended.time
-        for c in range(len(p.places)):
-            found.turns[first, k, c] = ended.turns if p.places[c] < 0 else 0
+        write_return(p, found, first, k, ended)
     return len(modes)

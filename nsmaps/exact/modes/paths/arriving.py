@@ -41,7 +41,7 @@ def arrivals_of(
     features = features_of(table, start[:, :n], phase)
     check_surfaces(definition, table, features, np.array(given, str))
     chosen = modes_of(definition, table, features, phase, given)
-    found = record(np.full((len(start), m), np.nan), 1, start.shape[1] if derivative else 0)
+    found = record(np.zeros((len(start), m)), 1, start.shape[1] if derivative else 0)
     if derivative:
         write_variations(definition, table.variations, along=False)
     begin, place, room = 0, np.ascontiguousarray(start[:, :n]), memory(table, found.tangents.shape[-1])
@@ -66,7 +66,7 @@ def arrived_alone(definition: Definition, table: Tables, state: Floats, mode: st
     n = len(definition.states)
     phase, place = state[n:] if table.rate > 0 else np.zeros(1), np.ascontiguousarray(state[None, :n])
     chosen = modes_of(definition, table, features_of(table, place, phase), phase, [mode])
-    found, w = record(np.full((1, len(definition.coordinates)), np.nan), 1, 0), memory(table, 0)
+    found, w = record(np.zeros((1, len(definition.coordinates))), 1, 0), memory(table, 0)
     arrivals(table, chosen, place, phase, found, 0, w)
     return Outcome(found.outcome.item()), found.time.item(), chosen.item(), w
 
