@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from messages import message
 
 import nsmaps
 from nsmaps.coordinates import TWO_PI, Coordinates, as_box, as_starts
@@ -48,11 +49,14 @@ def test_one_state_in_every_form_is_one_array(state: object) -> None:
 @pytest.mark.parametrize(
     ("state", "why"),
     [
-        ({"v": 0.7}, "the state has v: 'phi' is missing; expected: a value of each of v, phi"),
-        ({"v": 0.7, "phi": 1, "psi": 2}, "'psi' is not a coordinate"),
-        ([0.7], r"the start has shape \(1,\); expected: \(2,\) or \(..., 2\), the coordinates v, phi last"),
-        (0.7, r"the start has shape \(\)"),
-        ("v", "'v' is not an array of numbers"),
+        ({"v": 0.7}, message("coordinates.state-lacks", given="v", name="phi", names="v, phi")),
+        ({"v": 0.7, "phi": 1, "psi": 2}, message("coordinates.foreign-near", name="psi")),
+        (
+            [0.7],
+            message("errors.shape", what="the start has", shape="(1,)", expected="(2,) or (..., 2), the coordinates v, phi last"),
+        ),
+        (0.7, message("errors.shape", what="the start has", shape="()")),
+        ("v", message("coordinates.not-numbers", given="'v'")),
     ],
 )
 def test_other_states_are_refused(state: object, why: str) -> None:
@@ -75,11 +79,14 @@ BOXED = {
 def test_everything_that_takes_a_box_takes_it_in_one_way(name: str, pair) -> None:
     """A mapping, a `Box` and an array alike; the errors are those of `as_box`."""
     system = pair(0.35)
+    one = {"box": "v from 1.0 to 0.0"}
+    flat = name in ("over", "attracting_domain")
+    said = message("coordinates.box", **one) if flat else message("coordinates.box-with-angles", **one)
     for box in (BOX, nsmaps.Box(coordinates=system.coordinates, bounds=BOX), list(BOX.values())):
         BOXED[name](system, box)
     for wrong, why in (
-        ({"v": BOX["v"]}, "'phi' is missing; expected: bounds"),
-        ([[1, 0], [0, 1]], "the box is v from 1.0 to 0.0"),
+        ({"v": BOX["v"]}, message("coordinates.box-lacks", name="phi")),
+        ([[1, 0], [0, 1]], said),
     ):
         with pytest.raises(StateError, match=why):
             BOXED[name](system, wrong)
@@ -116,8 +123,8 @@ def test_every_sweep_takes_a_state_in_one_way(name: str, pair) -> None:
     """By name in the order of the coordinates of the first value that has a map."""
     expected = SWEPT[name](pair, [0.8, 0.4])
     assert np.array_equal(SWEPT[name](pair, {"phi": 0.4, "v": 0.8}), expected, equal_nan=True)
-    for wrong in ({"v": 0.8}, "v"):
-        with pytest.raises(StateError, match="expected: "):
+    for wrong, said in (({"v": 0.8}, message("coordinates.state-lacks", name="phi")), ("v", message("coordinates.not-numbers"))):
+        with pytest.raises(StateError, match=said):
             SWEPT[name](pair, wrong)
 
 
@@ -126,8 +133,12 @@ def test_everything_that_takes_a_state_takes_it_in_one_way(name: str, pair) -> N
     system = pair(0.35)
     expected = STARTED[name](system, [0.8, 0.4])
     assert np.array_equal(STARTED[name](system, {"phi": 0.4, "v": 0.8}), expected, equal_nan=True)
-    for wrong in ({"v": 0.8}, [0.8], 0.8):
-        with pytest.raises(StateError, match="expected: "):
+    for wrong, said in (
+        ({"v": 0.8}, message("coordinates.state-lacks", name="phi")),
+        ([0.8], message("errors.shape", what="the start has", shape="(1,)")),
+        (0.8, message("errors.shape", what="the start has", shape="()")),
+    ):
+        with pytest.raises(StateError, match=said):
             STARTED[name](system, wrong)
 
 
@@ -140,15 +151,15 @@ def test_the_array_of_a_box_is_a_copy() -> None:
 @pytest.mark.parametrize(
     ("box", "why"),
     [
-        ({"v": (0.7, 1.0)}, "'phi' is missing; expected: bounds of each of v, phi"),
-        ({"v": (0.7, 1.0), "phj": (0, 1)}, "'phj' is not a coordinate, did you mean 'phi'?"),
-        ({"v": (0.7, 1.0), "phi": (1, 1)}, "the box is phi from 1.0 to 1.0; expected: finite ends"),
-        ([[0.7, 1.0], [0.2, np.nan]], "expected: finite ends"),
-        ([[0.7, 1.0], [0.2, np.inf]], "expected: finite ends"),
-        ([[1.0, 0.7], [0.2, 1.14]], "low < high, for each of v, phi"),
-        ([0.7, 1.0], "expected: finite ends"),
-        ("v", "the box is 'v'; expected: finite ends"),
-        (None, "expected: finite ends"),
+        ({"v": (0.7, 1.0)}, message("coordinates.box-lacks", given="v", name="phi", names="v, phi")),
+        ({"v": (0.7, 1.0), "phj": (0, 1)}, message("coordinates.foreign-near", name="phj", near="phi")),
+        ({"v": (0.7, 1.0), "phi": (1, 1)}, message("coordinates.box", box="phi from 1.0 to 1.0")),
+        ([[0.7, 1.0], [0.2, np.nan]], message("coordinates.box")),
+        ([[0.7, 1.0], [0.2, np.inf]], message("coordinates.box")),
+        ([[1.0, 0.7], [0.2, 1.14]], message("coordinates.box", names="v, phi")),
+        ([0.7, 1.0], message("coordinates.box")),
+        ("v", message("coordinates.box", box="'v'")),
+        (None, message("coordinates.box")),
     ],
 )
 def test_other_boxes_are_refused(box: object, why: str) -> None:
@@ -236,9 +247,9 @@ def test_any_number_of_coordinates_may_be_angles(angles: tuple[str, ...]) -> Non
 
 @pytest.mark.parametrize("names", [(), "phi", 5, ("v", "v"), ("v", 1), ("v", ""), ("v\0",)])
 def test_what_names_no_coordinates_is_refused(names: object) -> None:
-    with pytest.raises(nsmaps.NsmapsError, match="expected: distinct names, such as"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("coordinates.names")):
         Coordinates(names)  # type: ignore[arg-type]
-    with pytest.raises(nsmaps.NsmapsError, match="'theta' is not printable, occurs twice or is not among"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("coordinates.wrong-name", name="theta")):
         Coordinates(("v", "phi"), ("theta",))
 
 

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from messages import message
 from ruamel.yaml import YAML
 
 from nsmaps import Outcome, load_study
@@ -229,7 +230,7 @@ def test_blocks_are_found_and_failures_are_seen(tmp_path: Path) -> None:
     first, second = blocks(page)
     assert (first.language, first.line, second.language) == ("python", 2, "yaml")
     assert LINK.findall(prose(page)) == ["b.md"]
-    with pytest.raises(AssertionError, match=r"(?s)Expected:\s+3\s+Got:\s+2"):
+    with pytest.raises(AssertionError, match=message("others.doctest", expected=3, got=2)):
         run_doctest(first, tmp_path / "page.md", {})
     with pytest.raises(ZeroDivisionError) as told:
         run_python(Block("python", "1 / 0\n", 6), tmp_path / "page.md", {})

@@ -8,6 +8,7 @@ from typing import Any
 import exported
 import numpy as np
 import pytest
+from messages import message
 from nsmaps_recoil_pair import RecoilPair
 from nsmaps_soft_impact import SoftImpact
 from nsmaps_vi_pair import VIPair
@@ -201,23 +202,24 @@ def test_every_public_name_is_called_here_or_takes_no_system() -> None:
 
 #: names that refuse a system with modes, or one of four coordinates, with a part of their reason
 REFUSED = {
-    "certificate_of": "no proofs are made of such; expected: a PiecewiseMap",
-    "periodic_orbits_by_word": "cycles by their words of a .*; expected: a PiecewiseMap",
-    "topological_entropy": "the entropy by kneading series of a .*; expected: a PiecewiseMap",
-    "CompleteChatter": "complete chatter of a .*: no guard of its section `rests`",
-    "chatter_cascade": "a cascade begins at the end of a branch; expected: BifurcationPoint",
-    "bifurcation_curve": "a curve in two parameters begins at an event of a branch; expected: BifurcationPoint",
-    "compose_pieces": "requires a map of pieces; expected: CompositeMap or ParametricMap",
-    "curve_cycles": "only the curves of a second iterate .* expected: SecondIterate",
-    "switch_branch": "another branch begins at an event of a branch; expected: BifurcationPoint",
-    "symbolic_iterate": "only images that are polynomials have closed forms; expected: PolyMap",
-    "manifold": r"expected: (a saddle, one below 1 and one above 1 in size|two, in which a manifold of a saddle is a curve)",
-    "second_iterate": "only images that are polynomials have closed forms; expected: PolyMap",
-    "two_cycles": "`find_cycles` encloses those of other maps; expected: PolyMap",
+    "certificate_of": message("proof.not-proved"),
+    "periodic_orbits_by_word": message("exact.no-formulas", what="cycles by their words"),
+    "topological_entropy": message("exact.no-formulas", what="the entropy by kneading series"),
+    "CompleteChatter": message("dynamics.no-rests"),
+    "chatter_cascade": message("errors.cascade-from-no-event", cls="BifurcationPoint"),
+    "bifurcation_curve": message("errors.curve-from-no-event", cls="BifurcationPoint"),
+    "compose_pieces": message("errors.no-pieces", cls="CompositeMap or ParametricMap"),
+    "curve_cycles": message("errors.no-second-iterate", cls="SecondIterate"),
+    "switch_branch": message("errors.branch-from-no-event", cls="BifurcationPoint"),
+    "symbolic_iterate": message("errors.no-closed-form", cls="PolyMap"),
+    "manifold": message("dynamics.no-saddle"),
+    "second_iterate": message("errors.no-closed-form", cls="PolyMap"),
+    "two_cycles": message("errors.no-polynomials", cls="PolyMap"),
 }
 SPATIAL_REFUSED = {
-    "strip_map": "the coordinates are v, X, V, phi; expected: an impact speed and a phase",
-    "forward_invariant_set": "the cover has no components",
+    "strip_map": message("reduced.no-speed-and-phase", names="v, X, V, phi"),
+    "forward_invariant_set": message("cells.no-components"),
+    "manifold": message("dynamics.manifold-of-plane", number=4),
 }
 
 
@@ -226,7 +228,7 @@ SPATIAL_REFUSED = {
 def test_a_system_with_modes_gives_a_result_or_a_clear_error(name: str, system: Any) -> None:
     if name == "conley_indices":
         pytest.importorskip("CMGDB")
-    why = REFUSED.get(name) or (SPATIAL_REFUSED.get(name) if system is SPATIAL else None)
+    why = (REFUSED | (SPATIAL_REFUSED if system is SPATIAL else {})).get(name)
     if why is None:
         assert CALLS[name](system) is not None
     else:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from messages import message
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
@@ -194,7 +195,7 @@ def test_the_public_face_is_what_type_checkers_see() -> None:
         for name, module in homes.items():
             home = getattr(import_module(module), name)
             assert getattr(package, name) == home, f"{package.__name__}.{name}"
-    with pytest.raises(AttributeError, match="did you mean 'load_study'"):
+    with pytest.raises(AttributeError, match=message("errors.attribute", name="load_studi", near="load_study")):
         _ = nsmaps.load_studi
 
 

@@ -1,12 +1,14 @@
 """A new plugin installs, is found, passes its own tests; a bad name is told and nothing is overwritten."""
 
 import os
+import re
 import subprocess
 import sys
 import tomllib
 from pathlib import Path
 
 import pytest
+from messages import message
 from typer.testing import CliRunner
 
 import nsmaps
@@ -90,16 +92,16 @@ def test_a_map_serves_from_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 @pytest.mark.parametrize("name", ["", "Ball", "my-ball", "2balls", "class", "../ball", "bäll", "ball "])
 def test_a_name_that_is_none_is_told(name: str, tmp_path: Path) -> None:
-    with pytest.raises(NsmapsError, match="is not a valid system name"):
+    with pytest.raises(NsmapsError, match=message("cli.bad-name")):
         new_plugin(name, tmp_path)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_nothing_is_overwritten_and_no_name_given_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "my_ball").mkdir()
-    with pytest.raises(NsmapsError, match="my_ball is there already and is not overwritten"):
+    with pytest.raises(NsmapsError, match=message("cli.folder-there", folder=re.compile(r".*my_ball"))):
         new_plugin("my_ball", tmp_path)
-    with pytest.raises(NsmapsError, match="a system 'vi_pair' is installed already"):
+    with pytest.raises(NsmapsError, match=message("cli.name-taken", name="vi_pair")):
         new_plugin("vi_pair", tmp_path)
     monkeypatch.chdir(tmp_path)
     told = CliRunner().invoke(app, ["new-plugin", "My-Ball"])

@@ -2,9 +2,11 @@
 
 import math
 import pydoc
+import re
 
 import pytest
 import sympy as sp
+from messages import message
 from pydantic import Field
 
 import nsmaps
@@ -16,19 +18,22 @@ PAIR = {"d": 0.35, "g_bar": 0.2113}
 @pytest.mark.parametrize(
     ("parameters", "says"),
     [
-        (PAIR | {"R": 1}, "unknown parameter 'R', did you mean 'r'?; expected: d, r, g_bar, base, M, F, g, beta, s, omega"),
-        (PAIR | {"g_baz": 1}, "did you mean 'g_bar'?"),
-        ({"d": 0.35}, "the parameter 'g_bar' is missing"),
-        ({"D": 0.35, "g_bar": 0.2}, "unknown parameter 'D'"),
-        (PAIR | {"r": 2}, "r is 2; expected: less than or equal to 1"),
-        (PAIR | {"M": 1}, "M given but not used"),
+        (
+            PAIR | {"R": 1},
+            message("errors.near", kind="parameter", name="R", near="r", known="d, r, g_bar, base, M, F, g, beta, s, omega"),
+        ),
+        (PAIR | {"g_baz": 1}, message("errors.near", kind="parameter", name="g_baz", near="g_bar")),
+        ({"d": 0.35}, message("parameters.missing", name="g_bar")),
+        ({"D": 0.35, "g_bar": 0.2}, message("errors.near", kind="parameter", name="D", near="d")),
+        (PAIR | {"r": 2}, message("errors.value", name="r", value=2, expected="less than or equal to 1")),
+        (PAIR | {"M": 1}, message("exact.not-used", names="M")),
     ],
 )
 def test_a_wrong_parameter_is_an_error_of_nsmaps_without_a_link(parameters: dict[str, float], says: str) -> None:
     with pytest.raises(ParameterError) as told:
         nsmaps.load_system("vi_pair", **parameters)
     assert str(told.value).startswith("VIPair: ")
-    assert says in str(told.value)
+    assert re.search(says, str(told.value))
     assert "http" not in str(told.value)
     assert told.value.__suppress_context__, "the message says all"
     assert isinstance(told.value, ValueError)
@@ -42,9 +47,9 @@ def test_a_missing_parameter_that_is_there_misspelt_is_told_once() -> None:
 
 def test_changing_a_parameter_says_the_same() -> None:
     system = nsmaps.load_system("vi_pair", **PAIR)
-    with pytest.raises(ParameterError, match=r"VIPair: unknown parameter 'G_bar', did you mean 'g_bar'\?"):
+    with pytest.raises(ParameterError, match=message("errors.near", kind="parameter", name="G_bar", near="g_bar", at="VIPair")):
         system.at(G_bar=1)
-    with pytest.raises(ParameterError, match="r is -1; expected: greater than or equal to 0"):
+    with pytest.raises(ParameterError, match=message("errors.at-least", name="r", value=-1, bound=0)):
         system.at(r=-1)
 
 
@@ -109,7 +114,7 @@ def test_a_default_that_no_parameter_may_have_is_refused() -> None:
     class Negative(Runner):
         e: float = Field(-1, gt=0)
 
-    with pytest.raises(ValueError, match="greater than 0"):
+    with pytest.raises(ValueError, match=message("others.greater", bound=0)):
         Negative()
 
 
@@ -123,5 +128,5 @@ def test_a_value_without_annotation_is_a_constant_and_hides_no_parameter() -> No
     assert Fast().first_return([[1.0]]).time == pytest.approx([1 / 3])
     assert set(Fast().parameters) == {"h", "e"}
     assert type("Faster", (Fast,), {"speed": sp.sqrt(10), "__module__": __name__})().first_return([[1.0]]).time == 1 / 10**0.5
-    with pytest.raises(SystemDefinitionError, match=r"Other\.h is a parameter of its base.*`h: float = \.\.\.`"):
+    with pytest.raises(SystemDefinitionError, match=message("parameters.of-base", cls="Other", name="h")):
         type("Other", (Runner,), {"h": 0.5, "__module__": __name__})

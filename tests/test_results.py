@@ -5,6 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+from messages import message
 
 from nsmaps import Angle, NsmapsError
 from nsmaps.arrays import Floats
@@ -70,7 +71,7 @@ def test_a_notebook_shows_each_array_with_its_axes() -> None:
 
 
 def test_a_class_without_a_picture_says_so() -> None:
-    with pytest.raises(NsmapsError, match="no picture of Heights"):
+    with pytest.raises(NsmapsError, match=message("results.no-picture", result="Heights")):
         heights().plot()
 
 
@@ -81,5 +82,5 @@ def test_only_storable_classes_of_known_packages_are_read() -> None:
     stored = encode(Margin(np.zeros(2), np.ones(2)), "margin", arrays)
     assert decode(stored, arrays).slowest.tolist() == [1.0, 1.0]
     for name in ("os:system", "tests.test_results:Heights", "nsmaps.results:array", "nsmaps.progress:Work"):
-        with pytest.raises(NsmapsError, match="names the class"):
+        with pytest.raises(NsmapsError, match=message("study.class-of-result")):
             decode({"$": name}, {})

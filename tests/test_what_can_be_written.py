@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy as sp
+from messages import message
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from systems import Logistic
@@ -251,14 +252,17 @@ def two_bodies():
 
 
 def delay():
-    for late in (lambda t, y: y.x(t - 1), lambda t, y: sp.Function("x")(t - 1)):
+    for late, said in (
+        (lambda t, y: y.x(t - 1), message("exact.delay")),
+        (lambda t, y: sp.Function("x")(t - 1), message("exact.delayed-state", state="v")),
+    ):
         made = hybrid(
             ("x", "v"),
             lambda t, y, late=late: {"fly": {"x": y.v, "v": -late(t, y)}},
             lambda t, y: {"B": Guard("fly", y.x, reset={"v": -y.v})},
             PoincareSection("B", ("v",)),
         )
-        with pytest.raises(SystemDefinitionError, match="a delay is out of scope"):
+        with pytest.raises(SystemDefinitionError, match=said):
             made.first_return([[-1.0]])
 
 
@@ -301,7 +305,7 @@ def own_map():
         assert square.per_return.value == pytest.approx([0.36])
         noisy = nsmaps.noisy_orbits(return_map, [0.6], Noise(sigma=1e-4), n_returns=20, n_realisations=2000).states[-1]
         assert noisy.std() == pytest.approx(1e-4 / math.sqrt(0.75), rel=0.08)
-        with pytest.raises(nsmaps.NsmapsError, match="other maps have no motion between their returns"):
+        with pytest.raises(nsmaps.NsmapsError, match=message("exact.no-motion", what="a trajectory")):
             track(return_map, [0.5], 2)
     proved = verify(prove_map(Logistic(r=2.5), cycles=[([0.6], 1)]))
     assert [len(cycle.states) for cycle in proved.cycles] == [1]
@@ -310,9 +314,9 @@ def own_map():
     assert all(nsmaps.export(Logistic(r=2.5), language) for language in LANGUAGES)
     exec(nsmaps.export(Logistic(r=2.5), "python"), program := {})
     assert program["logistic"]([[0.2]])[0] == pytest.approx(0.4)
-    with pytest.raises(nsmaps.NsmapsError, match="given by a program, and not by formulas"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("exports.by-program", map="InPython", language="c")):
         nsmaps.export(InPython(a=2.5), "c")
-    with pytest.raises(nsmaps.NsmapsError, match="encloses no images of boxes"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("enclosures.no-images-of-boxes", map="InPython")):
         nsmaps.cells.find_cycles(InPython(a=2.5), [[0.3, 0.9]], max_period=1)
 
 

@@ -140,7 +140,7 @@ def unit_directions(directions: ArrayLike | None, count: int, unit: Floats, rand
     size = len(unit)
     given = random.standard_normal((count, size)) if directions is None else np.asarray(directions, float)
     if given.ndim != 2 or given.shape[1] != size or not len(given) or not given.any(axis=1).all():
-        raise NsmapsError(f"directions have the shape {given.shape}; expected: (D, {size}), none of them zero")
+        raise NsmapsError(f"directions have shape {given.shape}; expected: (D, {size}), none of them zero")
     given = given if directions is None else given / unit
     return np.asarray(given / np.linalg.norm(given, axis=1, keepdims=True))
 

@@ -225,7 +225,7 @@ def _column(label: str, what: str, values: Any, count: int | None) -> Floats:
         raise DataError(f"{label}: {_not_a_number(what, raw)}; expected: numbers, with a decimal point") from None
     found = np.broadcast_to(found, (count,)).copy() if count is not None and found.shape == (1,) else found
     if found.ndim != 1 or (count is not None and len(found) != count):
-        raise DataError(f"{label}: {what} have the shape {found.shape}; expected: ({'N' if count is None else count},)")
+        raise DataError(f"{label}: {what} have shape {found.shape}; expected: ({'N' if count is None else count},)")
     return found
 
 

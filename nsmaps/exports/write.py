@@ -101,7 +101,7 @@ def _write(files: Mapping[str, str], path: str | os.PathLike[str] | None) -> Non
 
 def _writer(language: str) -> Callable[[Exportable, str, Sequence[str]], dict[str, str]]:
     """The function that writes a language."""
-    check_known("the language", language, LANGUAGES)
+    check_known("there is no language", language, LANGUAGES)
     return import_module(f"nsmaps.exports.languages.{language}").files
 
 

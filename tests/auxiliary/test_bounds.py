@@ -5,6 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from messages import message
 
 from nsmaps.auxiliary.attracting_domain import attracting_domain, smallest_box
 from nsmaps.auxiliary.bounds import ErrorBound, auxiliary_maps, envelopes, held_out_error
@@ -191,10 +192,15 @@ def test_a_start_box_is_found_around_a_small_one():
 @pytest.mark.parametrize(
     ("return_map", "how", "error", "text"),
     [
-        (PAIR, "enclosed", None, "bounds_kind is 'enclosed', of a PolyMap; expected: outer"),
-        (Enclosing(), "outer", None, "bounds_kind is 'outer', of a Enclosing"),
-        (PAIR, "inflated", None, "bounds_kind is 'inflated' and no error is given"),
-        (PAIR, "outer", ErrorBound(np.zeros(2), "certified"), "bounds_kind is 'outer' and an error is given"),
+        (PAIR, "enclosed", None, message("auxiliary.bounds-of-map", kind="enclosed", map="PolyMap")),
+        (Enclosing(), "outer", None, message("auxiliary.bounds-of-map", kind="outer", map="Enclosing")),
+        (PAIR, "inflated", None, message("auxiliary.bounds-without-error", kind="inflated", which="no")),
+        (
+            PAIR,
+            "outer",
+            ErrorBound(np.zeros(2), "certified"),
+            message("auxiliary.bounds-without-error", kind="outer", which="an"),
+        ),
     ],
 )
 def test_bounds_that_a_map_has_not(return_map, how, error, text):

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from boxmaps import one_each, plain_returns
+from messages import message
 
 from nsmaps.auxiliary.attracting_domain import attracting_domain, smallest_box
 from nsmaps.auxiliary.bounds import envelopes
@@ -169,5 +170,5 @@ def test_states_without_an_image_are_said():
 
 @pytest.mark.parametrize("box", [[[0, 1]], [[0, 1], [1, 0]], [[0, 1], [0, np.nan]]])
 def test_a_bad_box_is_an_error(box):
-    with pytest.raises(NsmapsError, match="the box is"):
+    with pytest.raises(NsmapsError, match=message("coordinates.box")):
         attracting_domain(Plain(lambda x, y: (x, y)), box)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cloop import CLoop
+from messages import message
 
 import nsmaps.bench
 from nsmaps.bench.comparison import errors
@@ -140,11 +141,11 @@ def test_no_answer_is_a_wrong_word() -> None:
 
 
 def test_what_cannot_be_run_is_refused() -> None:
-    with pytest.raises(NsmapsError, match=r"no solver is available.*No module named 'absent'"):
+    with pytest.raises(NsmapsError, match=message("bench.no-solver", name="absent", reason="No module named 'absent'")):
         nsmaps.bench.run([Absent()])
-    with pytest.raises(NsmapsError, match="'carless' is not available, did you mean 'careless'"):
+    with pytest.raises(NsmapsError, match=message("bench.not-available", name="carless", near="careless")):
         nsmaps.bench.run([Careless()], against="carless")
-    with pytest.raises(NsmapsError, match="0 returns"):
+    with pytest.raises(NsmapsError, match=message("bench.returns", number=0)):
         nsmaps.bench.run([Careless()], n_returns=0)
 
 

@@ -5,6 +5,7 @@ import re
 import time
 
 import pytest
+from messages import message
 
 from nsmaps.bench import starts
 from nsmaps.bench.starts import Clock, Start, StartResult
@@ -28,7 +29,7 @@ def test_shares_are_of_the_imports_before_and_after(tmp_path, monkeypatch):
 
 
 def test_a_program_that_fails_is_told_with_what_it_said(tmp_path):
-    with pytest.raises(NsmapsError, match="ended with 3"):
+    with pytest.raises(NsmapsError, match=message("bench.ended", number=3)):
         Clock(tmp_path, os.environ).user("-c", "import sys; sys.stderr.write('no such luck'); sys.exit(3)")
 
 
@@ -36,7 +37,7 @@ def test_programs_have_the_environment_that_is_given(tmp_path):
     """That of the shell, in which I is what a user would take, and not what this process has set for itself."""
     program = "import os, sys; sys.exit(3 * ('OPENBLAS_NUM_THREADS' in os.environ))"
     assert Clock(tmp_path, {"PATH": os.environ["PATH"]}).user("-c", program) >= 0
-    with pytest.raises(NsmapsError, match="ended with 3"):
+    with pytest.raises(NsmapsError, match=message("bench.ended", number=3)):
         Clock(tmp_path, {"OPENBLAS_NUM_THREADS": "1"}).user("-c", program)
 
 
@@ -79,5 +80,5 @@ def test_the_table_has_multiples_seconds_and_steps():
 
 
 def test_no_turns_are_refused():
-    with pytest.raises(NsmapsError, match="n_turns is 0"):
+    with pytest.raises(NsmapsError, match=message("bench.turns", number=0)):
         starts.start(n_turns=0)

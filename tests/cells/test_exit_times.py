@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from boxmaps import Henon, one_each
+from messages import message
 
 from nsmaps.cells.grid import Cells
 from nsmaps.cells.morse import forward_invariant_box, forward_invariant_set, morse_sets
@@ -119,5 +120,5 @@ def test_a_target_that_is_not_closed_is_refused():
     cover = morse_sets(Henon(), [[-1.2, 1.2], [-0.3, 0.3]], depth=3)
     held = forward_invariant_set(Henon(), cover)
     assert not held.forward_invariant
-    with pytest.raises(NsmapsError, match="not closed under the map"):
+    with pytest.raises(NsmapsError, match=message("cells.not-closed")):
         exit_times(Henon(), REGIONS, WINDOW, target=held)

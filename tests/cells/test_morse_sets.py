@@ -7,6 +7,7 @@ import pytest
 from boxmaps import Henon, Logistic, Turn, one_each
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from messages import message
 
 from nsmaps.cells.conley import conley_indices
 from nsmaps.cells.grid import Cells, counted, painted, targets_of
@@ -184,28 +185,28 @@ def test_too_many_arcs_are_refused_before_all_images_are_enclosed(monkeypatch):
             return super().image_boxes(boxes)
 
     monkeypatch.setattr("nsmaps.cells.transition_graph.MOST_ARCS", 2000)
-    with pytest.raises(NsmapsError, match=r"more than 2000 arcs among them.*expected: less depth"):
+    with pytest.raises(NsmapsError, match=message("cells.too-many-arcs", most=2000)):
         morse_sets(Counted(), [[-2, 2], [-1, 1]], depth=0, n_cells=100)
     assert sum(asked) < 100**2 / 2
 
 
 @pytest.mark.parametrize(
-    ("window", "how", "message"),
+    ("window", "how", "said"),
     [
-        ([[1, 0], [0, 1]], {}, "low < high"),
-        ([[0, 1]], {}, "each of x, y"),
-        ([[0, 1], [0, 1]], {"depth": -1}, "depth is -1"),
-        ([[0, 1], [0, 1]], {"n_cells": (3,)}, "cells is"),
-        ([[0, 1], [0, 1]], {"n_cells": 3000}, "4000000"),
+        ([[1, 0], [0, 1]], {}, message("coordinates.box-with-angles")),
+        ([[0, 1]], {}, message("coordinates.box-with-angles", names="x, y")),
+        ([[0, 1], [0, 1]], {"depth": -1}, message("errors.value", name="depth", value=-1)),
+        ([[0, 1], [0, 1]], {"n_cells": (3,)}, message("cells.number")),
+        ([[0, 1], [0, 1]], {"n_cells": 3000}, message("cells.too-many-cells", most=4000000)),
     ],
 )
-def test_calls_that_are_wrong(window, how, message):
-    with pytest.raises(NsmapsError, match=message):
+def test_calls_that_are_wrong(window, how, said):
+    with pytest.raises(NsmapsError, match=said):
         morse_sets(Henon(), window, **how)
 
 
 def test_an_angle_of_more_than_a_turn():
-    with pytest.raises(NsmapsError, match="whole turn"):
+    with pytest.raises(NsmapsError, match=message("coordinates.box-with-angles")):
         morse_sets(Turn(), [[-1, 1], [0, 7]])
 
 
@@ -222,5 +223,5 @@ def test_without_the_extra_the_error_names_it():
     try:
         import CMGDB  # noqa: F401
     except ImportError:
-        with pytest.raises(NsmapsError, match="extra 'morse'"):
+        with pytest.raises(NsmapsError, match=message("cells.no-cmgdb")):
             conley_indices(Henon(), [[-2, 2], [-1, 1]])

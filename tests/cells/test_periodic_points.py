@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from boxmaps import Henon, Sway, Turn, one_each
+from messages import message
 
 from nsmaps.cells.closed_walks import on_closed_walks
 from nsmaps.cells.grid import Cells, targets_of
@@ -98,5 +99,5 @@ def test_where_nothing_returns_nothing_is_found():
 
 @pytest.mark.parametrize("wrong", [{"max_period": 0}, {"depth": -1}])
 def test_calls_that_are_wrong(wrong):
-    with pytest.raises(NsmapsError, match="at least 1 and 0"):
+    with pytest.raises(NsmapsError, match=message("cells.periods")):
         find_cycles(Henon(), WINDOW, **wrong)

@@ -4,6 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+from messages import message
 
 from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.diagrams.agreement import agreement
@@ -68,7 +69,7 @@ def test_chaos_agrees_with_chaos_on_the_same_states_alone():
     cycle = bifurcation_diagram(lambda a: quadratic(1.753), "a", values, [[0.3]], n_returns=64, transient=2000)
     assert (cycle.period == 3).all()
     assert not agreement(far, cycle, 10.0).holds.any()
-    with pytest.raises(NsmapsError, match="the diagrams have other coordinates, values or starts"):
+    with pytest.raises(NsmapsError, match=message("dynamics.other-diagrams")):
         agreement(far, other)
 
 
@@ -80,7 +81,7 @@ def test_orbits_that_escape_agree_with_those_that_escape():
     (only,) = found.disagreements()
     assert np.isnan(only.distance)
     none = diagram(2.3, 2.4, 2)
-    with pytest.raises(NsmapsError, match="no attractor at any value"):
+    with pytest.raises(NsmapsError, match=message("dynamics.exact-without-attractor")):
         agreement(none, none)
 
 

@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from messages import message
 from nsmaps_circle_map import CircleMap
 from scipy.optimize import brentq
 from systems import GearRattle
@@ -115,9 +116,9 @@ def test_a_plane_through_three_coordinates_is_the_map_in_it():
 
 
 def test_a_value_at_which_a_coordinate_is_held_is_one_point():
-    with pytest.raises(ValueError, match=r"from 0.0 to 1.0 with 1 point"):
+    with pytest.raises(ValueError, match=message("study.axis-points", low=0.0, high=1.0, number=1)):
         nsmaps.Axis(low=0, high=1, points=1)
-    with pytest.raises(ValueError, match="its start must lie below its end"):
+    with pytest.raises(ValueError, match=message("study.axis-ends")):
         nsmaps.Axis(low=1, high=1, points=2)
 
 
@@ -131,7 +132,7 @@ def test_boundary_and_distance_are_those_of_the_closed_form():
     for k, attractor in enumerate(made.attractors):
         exact = np.hypot(0.3 * np.cos(phi) - attractor.states[0, 0], phi).min()
         assert exact <= line.distance(k) + 1e-9 < exact + 0.02
-    with pytest.raises(NsmapsError, match="no attractor 2"):
+    with pytest.raises(NsmapsError, match=message("dynamics.no-attractor", number=2)):
         line.distance(2)
 
 
@@ -170,7 +171,7 @@ def test_escape_flips_and_what_is_no_state_are_data():
     none = basins(TwoWells(), np.empty((0, 2)))
     assert none.label.shape == (0,)
     assert none.attractors == ()
-    with pytest.raises(NsmapsError, match="the starts are not a grid, so they have no neighbours"):
+    with pytest.raises(NsmapsError, match=message("dynamics.not-a-grid")):
         made.edges()
 
 
@@ -277,11 +278,11 @@ def test_a_long_transient_is_no_attractor(pair):
 
 def test_wrong_calls_are_errors(pair):
     many = partial(nsmaps.basins, pair(0.3))
-    with pytest.raises(StateError, match=r"shape \(1, 3\)"):
+    with pytest.raises(StateError, match=message("errors.shape", what="states have", shape="(1, 3)")):
         many([[1, 2, 3]])
-    with pytest.raises(NsmapsError, match="the grid has axes phi, v"):
+    with pytest.raises(NsmapsError, match=message("exact.grid-axes", axes="phi, v")):
         many(nsmaps.Grid(axes={"phi": nsmaps.Axis(low=0, high=1, points=3), "v": nsmaps.Axis(low=0, high=1, points=3)}))
-    with pytest.raises(NsmapsError, match="0 returns"):
+    with pytest.raises(NsmapsError, match=message("dynamics.basin-returns", number=0)):
         many([[0.8, 0.4]], max_returns=0)
 
 

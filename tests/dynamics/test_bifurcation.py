@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from messages import message
 
 import nsmaps
 from nsmaps.coordinates import Angle, Coordinates
@@ -119,13 +120,13 @@ def test_wrong_calls_are_errors(pair):
     def of(d):
         return pair(0.3).at(d=d)
 
-    with pytest.raises(NsmapsError, match=r"no map at any of 2 values; at -1: .*greater than 0"):
+    with pytest.raises(NsmapsError, match=message("dynamics.no-map-greater", number=2, value=-1, bound=0)):
         nsmaps.bifurcation_diagram(of, "p", [-1, -2], [0.8, 0.4])
-    with pytest.raises(NsmapsError, match="direction is 'left'"):
+    with pytest.raises(NsmapsError, match=message("errors.value", name="direction", value="'left'")):
         nsmaps.bifurcation_diagram(of, "p", [0.3], [0.8, 0.4], direction="left")
-    with pytest.raises(NsmapsError, match="0 returns after 2000"):
+    with pytest.raises(NsmapsError, match=message("dynamics.returns-after", number=0, transient=2000)):
         nsmaps.bifurcation_diagram(of, "p", [0.3], [0.8, 0.4], n_returns=0)
-    with pytest.raises(NsmapsError, match=r"values have shape \(0,\)"):
+    with pytest.raises(NsmapsError, match=message("errors.shape", what="the values have", shape="(0,)")):
         nsmaps.bifurcation_diagram(of, "p", [], [0.8, 0.4])
     with pytest.raises(StateError):
         nsmaps.bifurcation_diagram(of, "p", [0.3], [0.8, 0.4, 0.1])

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from boxmaps import plain_returns
+from messages import message
 from systems import Oscillator
 
 import nsmaps
@@ -138,7 +139,7 @@ def test_the_branches_of_the_delayed_logistic_map_cross():
         other = switch_branch(Delayed, "p", event, (0.5, 1.8), side=side, step=0.1)
         assert np.abs(other.points).max() < 1e-9
         assert other.values[-1] in (0.5, 1.8)
-    with pytest.raises(NsmapsError, match="expected: a period doubling, a branch point, or a border collision of pieces"):
+    with pytest.raises(NsmapsError, match=message("dynamics.no-branch-from")):
         switch_branch(Delayed, "p", replace(event, kind="fold"), (0.5, 1.8))
 
 

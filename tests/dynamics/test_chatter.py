@@ -4,6 +4,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 from chattering import after_release, slopes_to_rest, sums_to_rest, until_rest
+from messages import message
 from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_impact_oscillator import ImpactOscillator
 from systems import DraggedBall
@@ -281,17 +282,17 @@ def test_orbits_of_the_oscillator_with_incomplete_chatter_accumulate_so_too():
 
 
 def test_what_has_no_chatter_or_no_cascade_is_refused():
-    with pytest.raises(NsmapsError, match="complete chatter of a BuckConverter: no guard of its section `rests`"):
+    with pytest.raises(NsmapsError, match=message("dynamics.no-rests", system="BuckConverter")):
         CompleteChatter(nsmaps.load_system("buck_converter", E=12.0))
-    with pytest.raises(NsmapsError, match="the restitution coefficient is 1"):
+    with pytest.raises(NsmapsError, match=message("dynamics.restitution", value=1)):
         chatter_scaling(1.0)
     orbit = nsmaps.periodic_orbit(BALL, [1.0, 2.0])
     event = nsmaps.dynamics.BifurcationPoint("fold", GAMMA, 1e-9, orbit)
-    with pytest.raises(NsmapsError, match="3 orbits at a fold"):
+    with pytest.raises(NsmapsError, match=message("dynamics.cascade", number=3, event="fold")):
         chatter_cascade(BALL, "Gamma", event, (1.0, 2.0), 3)
-    with pytest.raises(NsmapsError, match="the return B~B passes a rest, which ends single returns"):
+    with pytest.raises(NsmapsError, match=message("dynamics.rest-on-orbit", word="B~B")):
         nsmaps.observe(BALL.system, orbit, ["loss"])
-    with pytest.raises(NsmapsError, match=r"no impact of the first state follows after 6\.28319, the time round the orbit"):
+    with pytest.raises(NsmapsError, match=message("dynamics.no-impact-follows", time=6.28319)):
         nsmaps.observe(BALL.at(Gamma=1.5), orbit, ["loss"])
     lost = BALL.first_return([[np.nan, 1.0], [1.0, 2.0]])
     assert lost.counts() == {"returned": 1, "invalid": 1}

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from chattering import Held, slopes_to_rest, sums_to_rest
+from messages import message
 from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_buck_converter import BuckConverter
 from systems import BallInModes
@@ -93,5 +94,5 @@ def test_means_and_their_derivatives_are_those_of_the_summed_impacts(name, by):
 
 
 def test_a_section_without_contact_is_refused():
-    with pytest.raises(NsmapsError, match="complete chatter of a BuckConverter: no guard of its section `rests`"):
+    with pytest.raises(NsmapsError, match=message("dynamics.no-rests", system="BuckConverter")):
         CompleteChatter(BuckConverter(E=12.0))

@@ -10,6 +10,7 @@ import pytest
 import sympy as sp
 from chattering import after_release, slopes_to_rest, sums_to_rest, until_rest
 from hybrid import BeforeWall
+from messages import message
 from nsmaps_impact_oscillator import ImpactOscillator
 from nsmaps_two_masses import TwoMasses
 from scipy.integrate import solve_ivp
@@ -229,7 +230,7 @@ def test_starts_in_contact_are_followed_as_by_an_integrator():
 
 
 def test_chatter_as_one_event_is_refused_with_what_to_write():
-    said = "complete chatter of a Table: no guard of its section `rests`.* Returns to another section, as a clock, pass chatter"
+    said = message("dynamics.no-rests", system="Table")
     with pytest.raises(NsmapsError, match=said):
         CompleteChatter(Table(Gamma=1.3, r=0.5))
 

@@ -5,6 +5,7 @@ from math import pi
 
 import numpy as np
 import pytest
+from messages import message
 from systems import GearRattle
 
 import nsmaps
@@ -157,7 +158,7 @@ def test_an_attractor_has_one_name_at_a_value(pair):
 def test_wrong_calls_are_errors():
     one, other = diagram([1], [[0.0]], [[1]]), diagram([2], [[0.0]], [[1]])
     for wrong in ([], [one, other]):
-        with pytest.raises(NsmapsError, match="different values"):
+        with pytest.raises(NsmapsError, match=message("dynamics.different-values")):
             match_attractors(wrong)
-    with pytest.raises(NsmapsError, match=r"tolerance is 0, step 0\.1"):
+    with pytest.raises(NsmapsError, match=message("dynamics.coexistence", tolerance=0, step=0.1)):
         match_attractors([one], tolerance=0)

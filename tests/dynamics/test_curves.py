@@ -6,6 +6,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 from boxmaps import Henon, plain_returns
+from messages import message
 
 import nsmaps
 from nsmaps.dynamics.continuation.events import BifurcationPoint
@@ -150,11 +151,11 @@ def test_a_condition_that_always_holds_makes_no_points(kind, way, form, both):
 
 def test_what_has_no_curve_is_refused(pair):
     event = event_of(lambda a: Henon(a, 0.3), [0.9, 0.27], 0.1, (-1.5, 4), "fold", "down")
-    with pytest.raises(NsmapsError, match=r"the value 0\.7 is not between 0.2 and 0.5"):
+    with pytest.raises(NsmapsError, match=message("dynamics.value-outside", value=0.7, low=0.2, high=0.5)):
         nsmaps.bifurcation_curve(Henon, event, WITHIN, 0.7)
-    with pytest.raises(NsmapsError, match=r"0 orbits, step 0\.02"):
+    with pytest.raises(NsmapsError, match=message("dynamics.orbits", number=0, step=0.02)):
         nsmaps.bifurcation_curve(Henon, event, WITHIN, 0.3, max_points=0)
-    with pytest.raises(NsmapsError, match=r"no fold near -0\.1225, 0\.45"):
+    with pytest.raises(NsmapsError, match=message("dynamics.no-event-near", event="fold", place="-0.1225, 0.45")):
         nsmaps.bifurcation_curve(lambda a, b: Henon(a + 10, b), event, WITHIN, 0.45)
-    with pytest.raises(NsmapsError, match="a str: a curve in two parameters begins at an event of a branch"):
+    with pytest.raises(NsmapsError, match=message("errors.curve-from-no-event", given="str")):
         nsmaps.bifurcation_curve(Henon, "fold", WITHIN, 0.3)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from boxmaps import plain_returns
+from messages import message
 from normal_form import NormalForm
 
 import nsmaps
@@ -159,7 +160,7 @@ def test_the_buck_converter_ceases_to_switch_where_its_ramp_begins():
 
 def test_an_orbit_that_is_at_no_border_has_no_curve():
     orbit = nsmaps.periodic_orbit(Moved(1.2, -0.5), [0.6, -0.2])
-    with pytest.raises(NsmapsError, match=r"the map has no border within 0\.0001 of the orbit"):
+    with pytest.raises(NsmapsError, match=message("dynamics.no-border-near", distance=0.0001)):
         nsmaps.bifurcation_curve(
             Moved, BifurcationPoint("border collision", 1.2, 1e-9, orbit), {"p": (-1, 2), "q": (-1, 1)}, -0.5
         )

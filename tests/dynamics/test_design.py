@@ -8,6 +8,7 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 import pytest
+from messages import message
 from nsmaps_vi_pair import VIPair
 
 import nsmaps
@@ -235,50 +236,56 @@ def test_a_share_that_changes_erratically_is_kept_near_the_most_whatever_the_rou
 
 
 @pytest.mark.parametrize(
-    ("changes", "message"),
+    ("changes", "said"),
     [
         (
             {"multiplier": 0.2, **ALONE},
-            "no motion that meets the conditions was found; nearest at .*: multiplier 0.8.*; expected: at most 0.2",
+            message("dynamics.no-optimum", most=0.2),
         ),
-        ({"motion": "2:1/T"}, "the motion at d = 0.35, g_bar = 0.211328 is 1:1/T with the word BTB; expected: 2:1/T"),
+        (
+            {"motion": "2:1/T"},
+            message("dynamics.other-motion", place="d = 0.35, g_bar = 0.211328", motion="1:1/T", word="BTB", expected="2:1/T"),
+        ),
         (
             {"bounds": {"d": (0.2, 0.3)}, "guess": {"d": 0.35}},
-            "d begins at 0.35 with bounds 0.2 and 0.3; expected: finite bounds",
+            message("dynamics.start-outside", name="d", start=0.35, low=0.2, high=0.3),
         ),
-        ({"bounds": {"d": (0.3, float("inf"))}, "guess": {"d": 0.35}}, "expected: finite bounds in ascending order"),
-        ({"guess": {"d": 0.35}}, "bounds are of d, g_bar, guess of d; expected: both of the same parameters"),
-        ({"sense": "most"}, "sense is 'most'; expected: 'max' or 'min'"),
-        ({"period": "min"}, "period is 'min'; expected: a whole number, as in optimize"),
-        ({"n_guesses": 0}, "n_guesses is 0; expected: a whole number of at least 1"),
-        ({"n_guesses": 2.5}, "n_guesses is 2.5; expected: a whole number"),
-        ({"max_returns": -1}, "max_returns is -1; expected: a whole number"),
-        ({"graze": "0.1"}, "graze is '0.1'; expected: a number"),
-        ({"bounds": {"d": 0.3, "g_bar": (0, 1)}}, "bounds are .*; expected: pairs of numbers"),
-        ({"bounds": {"q": (0.3, 1)}, "guess": {"q": 0.5}}, "'q'"),
-        ({"multiplier": 1.5}, "multiplier is 1.5, graze 0.01, share 0; expected: a multiplier up to 1"),
-        ({"share": 0.5}, "share is 0.5 of no states; expected: 'states'"),
-        ({"tolerances": {"r": 0.1}}, "the tolerances are r = 0.1; expected: numbers above zero, of d, g_bar"),
-        ({"tolerances": {"d": 0.0}}, "the tolerances are d = 0; expected: numbers above zero"),
-        ({"per": "year"}, "per is 'year'; expected: 'period' or 'return' or 'time'"),
-        ({"observable": "los"}, "'los' is not an observable of VIPair"),
-        ({"observable": {"name": "peak", "formula": "v", "largest": True}}, "'peak' has no derivative at d = 0.35"),
-        ({"start": [0.01, 3.0], "period": 7}, "no periodic orbit was found at d = 0.35, g_bar = 0.211328 from the start"),
+        ({"bounds": {"d": (0.3, float("inf"))}, "guess": {"d": 0.35}}, message("dynamics.start-outside")),
+        ({"guess": {"d": 0.35}}, message("dynamics.bounds-and-guess", bounds="d, g_bar", guess="d")),
+        ({"sense": "most"}, message("errors.value", name="sense", value="'most'", expected="'max' or 'min'")),
+        ({"period": "min"}, message("errors.value", name="period", value="'min'", expected="a whole number, as in optimize")),
+        ({"n_guesses": 0}, message("dynamics.count", name="n_guesses", value=0)),
+        ({"n_guesses": 2.5}, message("errors.value", name="n_guesses", value=2.5, expected="a whole number")),
+        ({"max_returns": -1}, message("errors.value", name="max_returns", value=-1, expected="a whole number")),
+        ({"graze": "0.1"}, message("errors.value", name="graze", value="'0.1'", expected="a number")),
+        ({"bounds": {"d": 0.3, "g_bar": (0, 1)}}, message("dynamics.bounds")),
+        ({"bounds": {"q": (0.3, 1)}, "guess": {"q": 0.5}}, message("errors.unknown", kind="parameter", name="q")),
+        ({"multiplier": 1.5}, message("dynamics.conditions", multiplier=1.5, graze=0.01, share=0)),
+        ({"share": 0.5}, message("dynamics.share", share=0.5)),
+        ({"tolerances": {"r": 0.1}}, message("dynamics.tolerances", name="r", value=0.1, names="d, g_bar")),
+        ({"tolerances": {"d": 0.0}}, message("dynamics.tolerances", name="d", value=0)),
+        ({"per": "year"}, message("errors.value", name="per", value="'year'", expected="'period' or 'return' or 'time'")),
+        ({"observable": "los"}, message("exact.observable-near", name="los", near="loss")),
+        ({"observable": {"name": "peak", "formula": "v", "largest": True}}, message("dynamics.no-derivative", name="peak")),
+        ({"start": [0.01, 3.0], "period": 7}, message("dynamics.no-orbit-from-start", place="d = 0.35, g_bar = 0.211328")),
         (
             {"graze": 0.06, "start": [0.0820254, 3.7085256], "period": 3},
-            "the motion at d = 0.35, g_bar = 0.211328 has a margin of .* from a graze; expected: 0.06 or more",
+            message("dynamics.margin", place="d = 0.35, g_bar = 0.211328", least=0.06),
         ),
-        ({"states": [[1.9, 0.1]], "share": 1.0, "max_returns": 1, **ALONE}, "the basin holds at most 0 of 1 states"),
+        (
+            {"states": [[1.9, 0.1]], "share": 1.0, "max_returns": 1, **ALONE},
+            message("dynamics.basin-of-optimum", most=0, states=1),
+        ),
     ],
 )
-def test_what_cannot_be_answered_is_refused(changes: dict[str, Any], message: str) -> None:
+def test_what_cannot_be_answered_is_refused(changes: dict[str, Any], said: str) -> None:
     given = {"observable": "loss", "bounds": BOUNDS, "guess": NEAR, "start": START, "n_guesses": 1} | changes
-    with pytest.raises(nsmaps.NsmapsError, match=message):
+    with pytest.raises(nsmaps.NsmapsError, match=said):
         nsmaps.optimize(PAIR, **given)
 
 
 def test_a_function_needs_the_first_parameters() -> None:
-    with pytest.raises(nsmaps.NsmapsError, match="guess None; expected: a system, or a function and `guess`"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("dynamics.no-system-or-guess", guess="None")):
         nsmaps.optimize(PAIR.at, "loss", BOUNDS, START)
 
 

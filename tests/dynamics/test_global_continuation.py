@@ -7,6 +7,7 @@ from math import ceil, log, pi, sqrt
 
 import numpy as np
 import pytest
+from messages import message
 from scipy.optimize import brentq
 from test_hybrid_public import PLANAR
 
@@ -302,14 +303,14 @@ def test_the_dataset_has_every_quantity():
 @pytest.mark.parametrize(
     ("change", "error", "text"),
     [
-        ({"values": [np.nan]}, NsmapsError, "the values have shape"),
-        ({"values": [0.11, 0.12]}, NsmapsError, r"there is no map at any of 2 values; at 0.12: p is 0.12"),
-        ({"box": {"y": (0, 1)}}, StateError, "'y' is not a coordinate"),
-        ({"n_samples": 0}, NsmapsError, "0 samples"),
-        ({"step": 0.0}, NsmapsError, "a step of 0.0"),
-        ({"scale": [-1.0]}, NsmapsError, r"the scale is \[-1.0\]"),
-        ({"kick": 0.0}, NsmapsError, "kicks of size 0.0"),
-        ({"n_directions": 0}, NsmapsError, "0 directions"),
+        ({"values": [np.nan]}, NsmapsError, message("errors.shape", what="the values have", shape="(1,)")),
+        ({"values": [0.11, 0.12]}, NsmapsError, message("dynamics.no-map", number=2, value=0.12, reason="p is 0.12")),
+        ({"box": {"y": (0, 1)}}, StateError, message("coordinates.box-foreign", given="y", name="y")),
+        ({"n_samples": 0}, NsmapsError, message("dynamics.samples", number=0)),
+        ({"step": 0.0}, NsmapsError, message("dynamics.samples", step=0.0)),
+        ({"scale": [-1.0]}, NsmapsError, message("dynamics.scale", scale="[-1.0]")),
+        ({"kick": 0.0}, NsmapsError, message("dynamics.kicks", size=0.0)),
+        ({"n_directions": 0}, NsmapsError, message("dynamics.kicks", directions=0)),
     ],
 )
 def test_arguments_that_are_not_valid(change, error, text):

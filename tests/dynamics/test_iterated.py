@@ -4,6 +4,7 @@ from math import pi
 
 import numpy as np
 import pytest
+from messages import message
 
 import nsmaps
 from nsmaps.dynamics.iterated import IteratedMap
@@ -71,5 +72,5 @@ def test_words_longer_than_a_code_holds_are_marked(pair):
 
 
 def test_wrong_calls_are_errors(pair):
-    with pytest.raises(NsmapsError, match="0 returns"):
+    with pytest.raises(NsmapsError, match=message("dynamics.no-iterate", number=0)):
         IteratedMap(pair(0.35), 0)

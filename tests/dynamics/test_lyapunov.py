@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 import pytest
 import sympy as sp
+from messages import message
 
 import nsmaps
 from nsmaps import Guard, HybridSystem, PoincareSection, SlidingSurface
@@ -254,20 +255,20 @@ def test_sweeps_are_loops_over_values(pair):
     assert np.array_equal(made.exponents[0], nsmaps.lyapunov(pair(0.26), starts=first.final, n_returns=640).exponents)
     assert np.isnan(made.exponents[1]).all()
     assert "greater than 0" in made.reasons[1]
-    with pytest.raises(NsmapsError, match="no map at any of 1 values"):
+    with pytest.raises(NsmapsError, match=message("dynamics.no-map-greater", number=1)):
         lyapunov(lambda d: pair(0.3).at(d=d), "d", [-1.0], [0.8, 0.4], n_returns=640)
 
 
 def test_wrong_calls_are_errors(pair):
-    with pytest.raises(StateError, match=r"shape \(3,\)"):
+    with pytest.raises(StateError, match=message("errors.shape", what="the start has", shape="(3,)")):
         nsmaps.lyapunov(pair(0.3), starts=[1, 2, 3], n_returns=64)
-    with pytest.raises(NsmapsError, match="10 returns after 1000"):
+    with pytest.raises(NsmapsError, match=message("dynamics.returns-in-batches", number=10, transient=1000)):
         nsmaps.lyapunov(pair(0.3), starts=[0.8, 0.4], n_returns=10)
 
 
 def test_sweeps_of_no_points_are_errors(pair):
     for values in ([], [np.nan], [[0.3, 0.3]]):
-        with pytest.raises(NsmapsError, match="the values have shape "):
+        with pytest.raises(NsmapsError, match=message("errors.shape", what="the values have")):
             lyapunov(lambda d: pair(d), "d", values, [0.8, 0.4], n_returns=640)
 
 

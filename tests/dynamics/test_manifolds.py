@@ -6,6 +6,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 from boxmaps import Henon, plain_returns
+from messages import message
 
 import nsmaps
 from nsmaps.errors import NsmapsError
@@ -216,21 +217,24 @@ class Line(ReturnMap):
 def test_what_has_no_manifold_is_refused(pair):
     system = pair(0.35)
     fixed = nsmaps.periodic_orbit(system, [0.8, 0.4])
-    with pytest.raises(NsmapsError, match="the orbit has the multipliers "):
+    with pytest.raises(NsmapsError, match=message("dynamics.no-saddle")):
         nsmaps.manifold(system, fixed)
     saddle = nsmaps.periodic_orbit(system, [0.34, 2.87])
-    with pytest.raises(NsmapsError, match="which is 'both'; expected: 'unstable' or 'stable', as in manifold"):
+    with pytest.raises(
+        NsmapsError,
+        match=message("errors.value", name="which", value="'both'", expected="'unstable' or 'stable', as in manifold"),
+    ):
         nsmaps.manifold(system, saddle, "both")
-    with pytest.raises(NsmapsError, match=r"length 0, gap 0.02, .* expected: positive lengths"):
+    with pytest.raises(NsmapsError, match=message("dynamics.lengths", length=0, gap=0.02)):
         nsmaps.manifold(system, saddle, length=0)
-    with pytest.raises(NsmapsError, match="the stable manifold of a Bent needs its inverse"):
+    with pytest.raises(NsmapsError, match=message("dynamics.no-inverse", map="Bent")):
         nsmaps.manifold(Bent(), nsmaps.periodic_orbit(Bent(), [0.1, 0.1]), "stable")
-    with pytest.raises(NsmapsError, match="the inverse does not lead back along the saddle"):
+    with pytest.raises(NsmapsError, match=message("dynamics.wrong-inverse")):
         nsmaps.manifold(Bent(), nsmaps.periodic_orbit(Bent(), [0.1, 0.1]), "stable", inverse=Henon())
-    with pytest.raises(NsmapsError, match="the map has 1 coordinates"):
+    with pytest.raises(NsmapsError, match=message("dynamics.manifold-of-plane", number=1)):
         nsmaps.manifold(Line(), fixed)
     lost = system.at(r=0.0)
-    with pytest.raises(NsmapsError, match="VIPair in reversed time: an impact on B leaves no speed"):
+    with pytest.raises(NsmapsError, match=message("exact.no-speed-left", system="VIPair", wall="B")):
         reversed_system(lost)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from hybrid import BallUnderNoise
+from messages import message
 from nsmaps_belt import Belt
 from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_recoil_pair import RecoilPair
@@ -293,13 +294,13 @@ class Taken(Linear):
 
 def test_systems_without_noise_say_so():
     block = RockingBlock(**dict.fromkeys(RockingBlock.parameter_names(), 0.5))
-    with pytest.raises(NsmapsError, match="RockingBlock has no noise"):
+    with pytest.raises(NsmapsError, match=message("exact.no-noise", system="RockingBlock")):
         noisy_orbits(block, np.full(len(block.coordinates), 0.5), LOUD, n_returns=5)
-    with pytest.raises(SystemDefinitionError, match=r"Silent.noise is 'hiss', and no rate or guard has it"):
+    with pytest.raises(SystemDefinitionError, match=message("exact.noise-nowhere", cls="Silent", name="hiss")):
         noisy_orbits(Silent(zeta=0.1, w=1), [0, 0], LOUD, n_returns=5)
-    with pytest.raises(SystemDefinitionError, match=r"Taken.noise is 'x'"):
+    with pytest.raises(SystemDefinitionError, match=message("errors.value", name="Taken.noise", value="'x'")):
         Taken(zeta=0.1, w=1).first_return([[0, 0]])
-    with pytest.raises(NsmapsError, match=r"the start has shape \(2, 4\)"):
+    with pytest.raises(NsmapsError, match=message("errors.shape", what="the start has", shape="(2, 4)")):
         noisy_orbits(PAIR, [[0.8, 0.4, 0.1, 0.2]] * 2, LOUD, n_returns=5, n_realisations=3)
 
 

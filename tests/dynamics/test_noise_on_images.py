@@ -1,10 +1,10 @@
 """Noise on the images of maps, against the laws of linear maps and of rotations."""
 
-import re
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from messages import message
 
 import nsmaps
 from nsmaps import Angle, Noise, PiecewiseMap, Returns, System
@@ -116,21 +116,21 @@ def test_an_orbit_that_leaves_the_map_ends(return_map):
 @pytest.mark.parametrize(
     ("noise", "how", "text"),
     [
-        (Noise(sigma=0.1, tau=1.0), {}, "no motion between its returns that it could force; expected: no tau"),
-        (Noise(sigma=0.1, scale={"y": 1.0}), {}, "a scale of 'y', which is not a coordinate; expected: x, phi"),
-        (Noise(sigma=0.1), {"step": 0.1}, "a step and impacts only of a forcing"),
-        (Noise(sigma=0.1), {"max_impacts": 3}, "a step and impacts only of a forcing"),
+        (Noise(sigma=0.1, tau=1.0), {}, message("dynamics.no-motion-for-noise")),
+        (Noise(sigma=0.1, scale={"y": 1.0}), {}, message("dynamics.foreign-scale", name="y", names="x, phi")),
+        (Noise(sigma=0.1), {"step": 0.1}, message("dynamics.noise-on-images")),
+        (Noise(sigma=0.1), {"max_impacts": 3}, message("dynamics.noise-on-images")),
     ],
 )
 def test_what_noise_on_images_lacks_is_refused(noise, how, text):
-    with pytest.raises(NsmapsError, match=re.escape(text)):
+    with pytest.raises(NsmapsError, match=text):
         nsmaps.noisy_orbits(Linear(), START, noise, n_returns=5, **how)
 
 
 def test_noise_on_the_images_of_an_impact_system():
     """It needs a scale of its coordinates, as sigma alone would be that of a forcing."""
     system = nsmaps.load_system("vi_pair", d=0.35, g_bar=0.2113)
-    with pytest.raises(NsmapsError, match="neither tau nor scale"):
+    with pytest.raises(NsmapsError, match=message("dynamics.no-noise-given")):
         nsmaps.noisy_orbits(system, [0.83, 0.36], Noise(sigma=0.01), n_returns=5)
     made = nsmaps.noisy_orbits(system, [0.83, 0.36], Noise(sigma=0.01, scale={"phi": 1.0}), n_returns=20, n_realisations=2)
     images = system.first_return(made.states[:-1].reshape(-1, 2)).image

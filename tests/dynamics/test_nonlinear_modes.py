@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from messages import message
 from nonlinear import BallWithDrag, PendulumBeforeStop
 from nsmaps_rimless_wheel import RimlessWheel
 
@@ -114,7 +115,7 @@ def test_exponents_have_the_sum_of_liouville():
 
 
 def test_noise_without_a_name_and_boxes_are_refused():
-    with pytest.raises(NsmapsError, match="RimlessWheel has no noise"):
+    with pytest.raises(NsmapsError, match=message("exact.no-noise", system="RimlessWheel")):
         nsmaps.noisy_orbits(WHEEL, [1.0], nsmaps.Noise(sigma=0.01, tau=0.1), n_returns=10)
-    with pytest.raises(ProofError, match="RimlessWheel"):
+    with pytest.raises(ProofError, match=message("exact.nonlinear-not-enclosed", system="RimlessWheel")):
         WHEEL.image_boxes([[[1.0, 1.01]]])

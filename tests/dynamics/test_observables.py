@@ -5,6 +5,7 @@ from math import pi
 import mpmath as mp
 import numpy as np
 import pytest
+from messages import message
 
 import nsmaps
 from nsmaps import Guard, HybridSystem, PoincareSection
@@ -130,36 +131,39 @@ def test_impacts_without_number_lose_the_energy_that_is_left() -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("given", "said"),
     [
-        ("losss", "'losss' is not an observable of VIPair, did you mean 'loss'.; expected: impacts, "),
-        ({"name": "a", "formula": "v*q"}, "formula 'v\\*q', column 3: unknown name 'q'; expected: d, r, g_bar, phi, t, v"),
-        ({"name": "a", "formula": "velocity"}, "unknown name 'velocity'"),
-        ({"name": "a", "formula": "v", "of": "flights"}, "unknown name 'v'"),
-        ({"name": "a", "formula": "v", "at": "X"}, "of an impact at 'X'; expected: B, T"),
-        ({"name": "a", "formul": "v"}, "unknown key 'formul'.*did you mean 'formula'"),
-        ({"name": "a", "formula": "v", "largest": True, "per": "1"}, "expected: one of the two"),
-        ({"name": "a", "formula": "v +"}, "cannot be read"),
-        ({"name": "a", "formula": "__import__('os')"}, "not allowed|no function"),
-        ({"name": "a", "formula": "v**9**9"}, "too high a power"),
+        ("losss", message("exact.observable-near", name="losss", near="loss")),
+        (
+            {"name": "a", "formula": "v*q"},
+            message("errors.unknown", kind="name", name="q", known="d, r, g_bar, phi, t, v", at="formula 'v*q', column 3"),
+        ),
+        ({"name": "a", "formula": "velocity"}, message("errors.unknown", kind="name", name="velocity")),
+        ({"name": "a", "formula": "v", "of": "flights"}, message("errors.unknown", kind="name", name="v")),
+        ({"name": "a", "formula": "v", "at": "X"}, message("exact.observable-at", event="an impact", letter="X", letters="B, T")),
+        ({"name": "a", "formul": "v"}, message("errors.near", kind="key", name="formul", near="formula")),
+        ({"name": "a", "formula": "v", "largest": True, "per": "1"}, message("exact.largest-and-per")),
+        ({"name": "a", "formula": "v +"}, message("reduced.unread")),
+        ({"name": "a", "formula": "__import__('os')"}, message("errors.no", kind="function", name="__import__")),
+        ({"name": "a", "formula": "v**9**9"}, message("reduced.too-high")),
     ],
 )
-def test_an_observable_that_is_not_one_is_refused(given: object, message: str) -> None:
+def test_an_observable_that_is_not_one_is_refused(given: object, said: str) -> None:
     system = nsmaps.load_system("vi_pair", **STEADY)
-    with pytest.raises((nsmaps.NsmapsError, ConditionError), match=message):
+    with pytest.raises((nsmaps.NsmapsError, ConditionError), match=said):
         nsmaps.observe(system, [0.8, 0.3], [given], n_returns=10)
 
 
 def test_maps_and_systems_without_formulas_are_refused() -> None:
     system = nsmaps.load_system("vi_pair", **STEADY)
-    with pytest.raises(nsmaps.NsmapsError, match="observables of a "):
+    with pytest.raises(nsmaps.NsmapsError, match=message("exact.varied", what="observables")):
         nsmaps.observe(nsmaps.dynamics.IteratedMap(system, 2), [0.8, 0.3], ["loss"], n_returns=10)
-    with pytest.raises(nsmaps.NsmapsError, match="two observables are named 'loss'"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("exact.two-observables", name="loss")):
         nsmaps.observe(system, [0.8, 0.3], ["loss", "loss"], n_returns=10)
-    with pytest.raises(nsmaps.NsmapsError, match="there is no observable"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("exact.no-observable")):
         nsmaps.observe(system, [0.8, 0.3], [], n_returns=10)
     soft = nsmaps.load_system("soft_impact", **ORBITS["soft_impact"][0])
-    with pytest.raises(nsmaps.NsmapsError, match="no event changes the states"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("exact.no-changing-event")):
         nsmaps.observe(soft, [0.5, 1.0], ["impacts"], n_returns=10)
 
 

@@ -4,6 +4,7 @@ from math import pi
 
 import numpy as np
 import pytest
+from messages import message
 
 import nsmaps
 from nsmaps import Guard, HybridSystem, PoincareSection
@@ -126,20 +127,20 @@ def test_orbits_under_noise_have_means_over_realisations(pair: ImpactSystem) -> 
     noisy = nsmaps.observe(pair, realised(0.05), ["loss", "speed", {"name": "hardest", "formula": "v", "largest": True}])
     assert (noisy.per_period.error[:2] > 1e-4).all()
     assert noisy.per_period.value[2] > 0.84
-    with pytest.raises(nsmaps.NsmapsError, match="'work' is of flights"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("dynamics.flights-under-noise", name="work")):
         nsmaps.observe(pair, realised(0.05), ["work"])
     few = nsmaps.noisy_orbits(
         pair, [0.83, 0.36], nsmaps.Noise(sigma=0.05, tau=0.5), n_returns=30, n_realisations=6, max_impacts=10
     )
-    with pytest.raises(nsmaps.NsmapsError, match="room for 10 impacts"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("dynamics.impacts-under-noise", number=10)):
         nsmaps.observe(pair, few, ["loss"])
 
 
 def test_orbits_and_parameters_that_are_not_there_are_refused(pair: ImpactSystem) -> None:
     orbit = nsmaps.periodic_orbit(pair, [0.83, 0.36])
-    with pytest.raises(nsmaps.NsmapsError, match="unknown parameter 'q'"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("errors.unknown", kind="parameter", name="q")):
         nsmaps.observe(pair, orbit, ["loss"], rates={"q": 1.0})
-    with pytest.raises(nsmaps.NsmapsError, match="the orbit does not exist"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("dynamics.lost-orbit")):
         nsmaps.observe(pair, nsmaps.periodic_orbit(pair, [np.nan, 1.0]), ["loss"])
 
 

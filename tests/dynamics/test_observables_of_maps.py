@@ -1,6 +1,5 @@
 """Observables of maps: means on cycles in exact numbers, on chaos by its law, derivatives by implicit differentiation."""
 
-import re
 from fractions import Fraction
 from typing import ClassVar
 
@@ -8,6 +7,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
+from messages import message
 
 import nsmaps
 from nsmaps import Angle, Noise, PiecewiseMap, Returns, System
@@ -241,15 +241,18 @@ def test_an_optimum_of_a_parameter_without_effect_is_flat():
 @pytest.mark.parametrize(
     ("one", "text"),
     [
-        ("work", "'work' is not an observable of Gap; expected: x, square, or a `name` with a `formula`"),
-        ({"name": "w", "formula": "1", "of": "flights"}, "the observable 'w' is of flights; expected: of returns"),
-        ({"name": "w", "formula": "1", "at": "Q"}, "is of a return at 'Q'; expected: L, R"),
-        ({"name": "w", "formula": "v"}, "v"),
+        ("work", message("exact.observable", name="work", map="Gap", known="x, square")),
+        (
+            {"name": "w", "formula": "1", "of": "flights"},
+            message("exact.observable-of", name="w", given="flights", expected="returns"),
+        ),
+        ({"name": "w", "formula": "1", "at": "Q"}, message("exact.observable-at", event="a return", letter="Q", letters="L, R")),
+        ({"name": "w", "formula": "v"}, message("errors.unknown", kind="name", name="v")),
     ],
 )
 def test_what_a_map_does_not_observe_is_refused(one, text):
-    with pytest.raises(NsmapsError, match=re.escape(text)):
+    with pytest.raises(NsmapsError, match=text):
         nsmaps.observe(Gap(), [0.1], [one], n_returns=10)
     system = nsmaps.load_system("vi_pair", d=0.35, g_bar=0.2113)
-    with pytest.raises(NsmapsError, match="is of returns"):
+    with pytest.raises(NsmapsError, match=message("exact.observable-of", given="returns")):
         nsmaps.observe(system, [0.8, 0.4], [{"name": "w", "formula": "1", "of": "returns"}], n_returns=10)

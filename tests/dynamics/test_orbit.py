@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from messages import message
 from systems import BouncingBall
 
 import nsmaps
@@ -69,10 +70,7 @@ def test_long_orbits_go_in_parts(pair):
 
 @pytest.mark.parametrize("state", [{"v": 0.5, "phi": 1.0}, "abc", [[0.5, 1.0], [0.5]]])
 def test_what_is_no_array_of_numbers_is_told(state):
-    return_map, told = (
-        BouncingBall(a=1.2, r=0.5),
-        r"is not an array of numbers; expected: rows \(v, phi\), such as \[\[v, phi\], ...\]",
-    )
+    return_map, told = BouncingBall(a=1.2, r=0.5), message("coordinates.not-numbers", names="v, phi")
     one = (
         ()
         if isinstance(state, dict)

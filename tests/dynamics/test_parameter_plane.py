@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy as sp
+from messages import message
 from systems import BouncingBall
 
 import nsmaps
@@ -158,7 +159,7 @@ def test_refused_parameters_are_counted_and_never_an_error() -> None:
         Edge(a=1.2, p=1.0, r=0.5), {"p": [0.0, 1.0], "a": [1.0, 1.2]}, [4.0, 1.0], n_returns=64, transient=100
     )
     assert fails.refused.tolist() == [[True, False], [True, False]]
-    with pytest.raises(NsmapsError, match=r"no map at any of 4 pixels: .*greater than 0"):
+    with pytest.raises(NsmapsError, match=message("dynamics.no-map-in-plane-greater", number=4, bound=0)):
         nsmaps.parameter_plane(PAIR, {"d": [-0.2, -0.1], "r": [0.5, 0.6]}, [0.8, 0.4], n_returns=64, transient=300)
 
 
@@ -327,22 +328,31 @@ def test_a_chart_is_a_dataset(made: Any) -> None:
 
 CALL = partial(nsmaps.parameter_plane, PAIR, starts=[0.8, 0.4])
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
-    "one parameter": ({"axes": {"d": [0.3, 0.31]}}, "the plane is of d; expected: two different parameters of d, r, g_bar"),
-    "none": ({"axes": {}}, "the plane is of no parameter"),
-    "unknown": ({"axes": {"d": [0.3], "gbar": [0.1]}}, "no parameter 'gbar', did you mean 'g_bar'"),
-    "infinite": ({"axes": {"d": [0.3, np.inf], "r": [0.5]}}, "the values of 'd' are .*inf.*; expected: finite numbers"),
-    "nan": ({"axes": {"d": [0.3], "r": [np.nan]}}, "the values of 'r' are"),
-    "descending": ({"axes": {"d": [0.3, 0.2], "r": [0.5]}}, "in ascending order"),
-    "empty": ({"axes": {"d": [], "r": [0.5]}}, "the values of 'd' are"),
-    "returns": ({"axes": PLANE, "n_returns": 10}, "10 returns after 1000, periods up to 32; expected: at least 2 max_period"),
-    "discard": ({"axes": PLANE, "transient": -1}, "transient is -1; expected: a whole number of at least 0"),
-    "tolerance": ({"axes": PLANE, "tolerance": 0.0}, "the tolerance is 0.0"),
-    "direction": ({"axes": PLANE, "direction": "left"}, "direction is 'left'"),
-    "refine": ({"axes": PLANE, "refine": 6}, "refine is 6; expected: a power of two"),
-    "both": ({"axes": PLANE, "refine": 4, "direction": "up"}, "need every pixel"),
-    "observable": ({"axes": PLANE, "observables": ["los"]}, "'los' is not an observable of VIPair"),
-    "formula": ({"axes": PLANE, "observables": [{"name": "x", "formula": "v +* 2"}]}, "v"),
-    "no starts": ({"axes": PLANE, "starts": np.zeros((0, 2))}, "there are no starts"),
+    "one parameter": ({"axes": {"d": [0.3, 0.31]}}, message("dynamics.plane", names="d", known="d, r, g_bar")),
+    "none": ({"axes": {}}, message("dynamics.plane", names="no parameter")),
+    "unknown": ({"axes": {"d": [0.3], "gbar": [0.1]}}, message("errors.no-near", kind="parameter", name="gbar", near="g_bar")),
+    "infinite": ({"axes": {"d": [0.3, np.inf], "r": [0.5]}}, message("dynamics.values-of", name="d", values="[0.3, inf]")),
+    "nan": ({"axes": {"d": [0.3], "r": [np.nan]}}, message("dynamics.values-of", name="r", values="[nan]")),
+    "descending": ({"axes": {"d": [0.3, 0.2], "r": [0.5]}}, message("dynamics.values-of", name="d", values="[0.3, 0.2]")),
+    "empty": ({"axes": {"d": [], "r": [0.5]}}, message("dynamics.values-of", name="d", values="[]")),
+    "returns": ({"axes": PLANE, "n_returns": 10}, message("dynamics.plane-returns", number=10, transient=1000, period=32)),
+    "discard": (
+        {"axes": PLANE, "transient": -1},
+        message("errors.value", name="transient", value=-1, expected="a whole number of at least 0"),
+    ),
+    "tolerance": ({"axes": PLANE, "tolerance": 0.0}, message("dynamics.tolerance", value=0.0)),
+    "direction": ({"axes": PLANE, "direction": "left"}, message("errors.value", name="direction", value="'left'")),
+    "refine": ({"axes": PLANE, "refine": 6}, message("dynamics.refine", value=6)),
+    "both": ({"axes": PLANE, "refine": 4, "direction": "up"}, message("dynamics.refined-sweep")),
+    "observable": (
+        {"axes": PLANE, "observables": ["los"]},
+        message("exact.observable-near", name="los", map="VIPair", near="loss"),
+    ),
+    "formula": (
+        {"axes": PLANE, "observables": [{"name": "x", "formula": "v +* 2"}]},
+        message("reduced.unread", text="v +* 2", column=4),
+    ),
+    "no starts": ({"axes": PLANE, "starts": np.zeros((0, 2))}, message("dynamics.no-starts")),
 }
 
 
@@ -354,7 +364,7 @@ def test_wrong_calls_are_errors(name: str) -> None:
 
 
 def test_starts_of_other_coordinates_are_errors() -> None:
-    with pytest.raises(StateError, match="'phi' is missing"):
+    with pytest.raises(StateError, match=message("coordinates.state-lacks", name="phi")):
         nsmaps.parameter_plane(PAIR, PLANE, {"v": 0.8})
 
 
@@ -380,7 +390,7 @@ def test_pixels_where_a_function_has_no_map_are_refused(pair) -> None:
     assert made.refused.tolist() == [[True, False], [True, True]]
     assert np.isfinite(made.means[..., 0, 0]).tolist() == [[False, True], [False, False]]
     assert "greater than 0" in made.reason
-    with pytest.raises(NsmapsError, match=r"no map at any of 1 pixels: .*less than or equal to 1"):
+    with pytest.raises(NsmapsError, match=message("dynamics.no-map-in-plane-at-most", number=1, bound=1)):
         nsmaps.parameter_plane(of, {"d": [0.35], "r": [1.5]}, [0.8, 0.4])
 
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from messages import message
 from stumbles import again
 
 import nsmaps
@@ -142,7 +143,7 @@ def test_a_stopped_diagram_goes_on_at_what_is_missing(tmp_path: Path, follow: An
     assert shares == sorted(shares)
     assert shares[-1] == 1
     assert numbers(again) == numbers(whole)
-    with pytest.raises(NsmapsError, match="parts of other work"):
+    with pytest.raises(NsmapsError, match=message("parallel.other-work")):
         nsmaps.bifurcation_diagram(
             Noted(tmp_path / "note"),
             "p",
@@ -270,5 +271,5 @@ def test_a_diagram_on_dask_survives_a_lost_worker(tmp_path: Path) -> None:
 
 
 def test_two_parameters_need_two_values() -> None:
-    with pytest.raises(TypeError, match="1 values of d and r"):
+    with pytest.raises(TypeError, match=message("exact.along", number=1, names="d and r", count=2)):
         nsmaps.exact.Along(PAIR, "d", "r")(0.3)

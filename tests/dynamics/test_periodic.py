@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from messages import message
 
 import nsmaps
 from nsmaps.dynamics.continuation.follow import continue_branch
@@ -120,9 +121,9 @@ def test_shooting_is_the_derivative_of_the_gaps(pair, unit):
 
 
 def test_wrong_calls_are_errors(pair):
-    with pytest.raises(NsmapsError, match="the period is 0"):
+    with pytest.raises(NsmapsError, match=message("dynamics.period", period=0)):
         nsmaps.periodic_orbit(pair(0.35), [0.8, 0.4], 0)
-    with pytest.raises(StateError, match=r"the guess has shape \(3, 2\)"):
+    with pytest.raises(StateError, match=message("errors.shape", what="the guess has", shape="(3, 2)")):
         nsmaps.periodic_orbit(pair(0.35), [[0.8, 0.4]] * 3, 2)
 
 

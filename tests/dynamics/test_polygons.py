@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from messages import message
 from nsmaps_border_collision import Lozi
 from nsmaps_square_root import SquareRootPlane
 
@@ -65,14 +66,14 @@ def test_an_inverse_leads_back(return_map):
 
 
 def test_an_inverse_that_is_not_one_function_is_refused():
-    with pytest.raises(SystemDefinitionError, match=r"the piece 'C' of Cubed: .* solutions .*expected: one.*`preimages"):
+    with pytest.raises(SystemDefinitionError, match=message("exact.several-inverses", letter="C", cls="Cubed")):
         Cubed().inverse()
 
     class Wrong(Lozi):
         def preimages(self, x):
             return {"L": {"x": x.y}}
 
-    with pytest.raises(SystemDefinitionError, match=r"Wrong.preimages gives .*expected: for each of L, R the formulas of x, y"):
+    with pytest.raises(SystemDefinitionError, match=message("exact.preimages", cls="Wrong", letters="L, R", names="x, y")):
         Wrong().inverse()
 
 
@@ -83,7 +84,7 @@ def test_inverses_of_maps_of_the_circle_are_to_be_given():
         def pieces(self, x):
             return {"S": (True, {"phi": x.phi + 1})}
 
-    with pytest.raises(SystemDefinitionError, match=r"Turned, whose coordinates have angles, .* expected: a method `preimages"):
+    with pytest.raises(SystemDefinitionError, match=message("exact.angles-in-inverse", cls="Turned")):
         Turned().inverse()
 
 

@@ -6,6 +6,7 @@ from multiprocessing import get_context
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from messages import message
 from systems import Logistic
 
 import nsmaps
@@ -50,7 +51,7 @@ def test_a_plane_has_quantifiers_at_each_pixel_and_draws_them():
     ax = Figure().subplots()
     drawn = made.plot(ax, by="mean").collections[0].get_array()
     assert drawn.tolist() == made.quantifiers["mean"][..., 0].tolist()
-    with pytest.raises(nsmaps.NsmapsError, match="no observable or quantifier 'men'"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("figures.colours-of-plane", name="men")):
         made.plot(ax, by="men")
 
 
@@ -80,7 +81,7 @@ def test_processes_receive_functions_of_modules():
         parallel = nsmaps.Parallel(executor=executor)
         made = nsmaps.parameter_plane(Tall(), plane, [0.3], **how, quantifiers={"mean": mean}, parallel=parallel)
         assert made.quantifiers["mean"][1, 1, 0] == pytest.approx(2 * 4.2 / 6.4)
-        with pytest.raises(nsmaps.NsmapsError, match=r"quantifier 'm' is .*<lambda>.* not a function of a module"):
+        with pytest.raises(nsmaps.NsmapsError, match=message("parallel.not-sent")):
             nsmaps.parameter_plane(
                 Tall(), plane, [0.3], **how, quantifiers={"m": lambda states, return_map: 1.0}, parallel=parallel
             )
@@ -91,13 +92,16 @@ def test_processes_receive_functions_of_modules():
     [
         (
             {"mean": lambda states: 1.0},
-            r"'mean' raises TypeError: .*, at states of shape \(2, 1\); expected: a function",
+            message("dynamics.quantifier-raises", name="mean", error="TypeError", shape="(2, 1)"),
         ),
-        ({"mean": lambda states, return_map: "high"}, "'mean' returns 'high'; expected: a function of states"),
-        ({"mean": lambda states, return_map: [[1.0], [2.0, 3.0]]}, "'mean' raises ValueError"),
-        ({"mean": 3}, "'mean' is 3; expected: a function of states"),
-        ({"label": mean}, "'label', which Basins has already; expected: another name"),
-        ({"a mean": mean}, "'a mean'; expected: an identifier"),
+        ({"mean": lambda states, return_map: "high"}, message("dynamics.quantifier-returns", name="mean", value="'high'")),
+        (
+            {"mean": lambda states, return_map: [[1.0], [2.0, 3.0]]},
+            message("dynamics.quantifier-raises", name="mean", error="ValueError"),
+        ),
+        ({"mean": 3}, message("dynamics.quantifier", name="mean", given=3)),
+        ({"label": mean}, message("dynamics.quantifier-taken", name="label", result="Basins")),
+        ({"a mean": mean}, message("dynamics.quantifier-name", name="a mean")),
     ],
 )
 def test_what_is_not_a_quantifier_is_refused(quantifiers, text):
@@ -115,5 +119,5 @@ def test_pixels_that_are_continued_have_those_of_their_own_cycles():
 
 def test_values_have_one_shape():
     plane, how = {"r": [2.5, 3.2], "height": [1.0]}, {"n_returns": 64, "transient": 1000, "max_period": 4}
-    with pytest.raises(nsmaps.NsmapsError, match=r"'all' returns arrays of the shapes \(1,\) and \(2,\)"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("dynamics.quantifier-shapes", name="all", first="(1,)", second="(2,)")):
         nsmaps.parameter_plane(Tall(), plane, [0.3], **how, quantifiers={"all": lambda states, return_map: states[:, 0]})

@@ -4,6 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from messages import message
 from nsmaps_border_collision import BorderCollision1
 from nsmaps_circle_map import CircleMap, GapCircleMap, PlateauCircleMap
 from piecewise_references import number, rows
@@ -36,9 +37,9 @@ def test_a_cycle_has_a_fraction_and_a_rotation_its_angle():
 def test_what_is_counted_is_named_or_known():
     gap = BorderCollision1(a_L=0.5, a_R=0.5, mu=0.3, jump=-1.0)
     assert nsmaps.rotation_number(gap, {"x": 0.1}, counted="L").fraction == Fraction(3, 5)
-    with pytest.raises(NsmapsError, match="a rotation number, of 'Q'; expected: `counted`, one of L, R"):
+    with pytest.raises(NsmapsError, match=message("dynamics.counted", name="Q", names="L, R")):
         nsmaps.rotation_number(gap, [0.1], counted="Q")
-    with pytest.raises(NsmapsError, match=r"the orbit of \[0.1\] ends or escapes"):
+    with pytest.raises(NsmapsError, match=message("dynamics.orbit-ends", state="[0.1]")):
         nsmaps.rotation_number(gap.at(a_R=3.0, a_L=3.0), [0.1])
 
 
@@ -104,7 +105,7 @@ def test_tongues_end_at_folds():
     ]
     ends = [end for name in "01" for end in (found.plateau(name).low.value, found.plateau(name).high.value)]
     assert ends == pytest.approx([-edge, edge, 1 - edge, 1 + edge], abs=1e-11)
-    with pytest.raises(NsmapsError, match="no step of the rotation number 1/7; there are 0, 1/2, 1"):
+    with pytest.raises(NsmapsError, match=message("dynamics.no-step", number="1/7", known="0, 1/2, 1")):
         found.plateau("1/7")
     assert [farey_parents(Fraction(name)) for name in ("3/7", "1/5", "2")] == [
         (Fraction(2, 5), Fraction(1, 2)),

@@ -7,6 +7,7 @@ import pytest
 from exported import Disc
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from messages import message
 
 from nsmaps import load_study, run_study
 from nsmaps.auxiliary.attracting_domain import attracting_domain
@@ -264,7 +265,7 @@ def test_what_takes_box_maps_takes_fitted_maps():
 
 
 def test_a_map_without_boxes_is_refused():
-    with pytest.raises(NsmapsError, match="encloses no images of boxes"):
+    with pytest.raises(NsmapsError, match=message("enclosures.no-images-of-boxes")):
         box_map(object())
 
 

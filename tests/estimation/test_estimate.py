@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from messages import message
 from nsmaps_vi_pair import VIPair
 from pydantic import Field
 from rig import Rig, sensed
@@ -182,23 +183,23 @@ def test_intervals_have_their_nominal_coverage_within_what_sixty_records_say() -
 
 
 def test_records_of_other_systems_and_units_are_refused_in_one_line() -> None:
-    with pytest.raises(DataError, match="the record is not of VIPair: there is no wall 'C'") as error:
+    with pytest.raises(DataError, match=message("estimation.not-of-system", system="VIPair", kind="wall", name="C")) as error:
         nsmaps.estimate(PAIR, Record.of([0.0, 1.0], "BC"), free=["r"])
     assert "\n" not in str(error.value)
     for factor in (1e-4, 2 * np.pi, 25.0):
-        with pytest.raises(DataError, match=r"returns take about .* the unit of time may be wrong; expected: `time_unit`"):
+        with pytest.raises(DataError, match=message("estimation.wrong-unit")):
             nsmaps.estimate(PAIR, Record.of(TIMES * factor, WALLS.tolist(), noise=1e-7), free=["r"])
-    with pytest.raises(DataError, match="there is no state 'X'"):
+    with pytest.raises(DataError, match=message("estimation.not-of-system", kind="state", name="X")):
         nsmaps.estimate(PAIR, Record.of(sample_times=[0.0, 1.0], samples={"X": [0.0, 1.0]}, sample_noise=0.1), free=["r"])
-    with pytest.raises(DataError, match="1 measured numbers for 4 unknowns, which are r and the start of each record"):
+    with pytest.raises(DataError, match=message("estimation.too-few-numbers", known=1, unknown=4, names="r")):
         nsmaps.estimate(PAIR, [0.0], free=["r"])
-    with pytest.raises(ParameterError, match="guess has 'q'"):
+    with pytest.raises(ParameterError, match=message("estimation.guess", name="q")):
         nsmaps.estimate(PAIR, [0.0, 1.0], free=["r"], guess={"q": 1.0})
     for wrong in ({"r": 2.0}, {"r": "half"}, {"r": float("nan")}):
-        with pytest.raises(ParameterError, match=r"r has the bounds \(0.*\) and starts at .*; expected: \(low"):
+        with pytest.raises(ParameterError, match=message("estimation.guess-outside", name="r", least=0)):
             nsmaps.estimate(PAIR, TIMES, free=["r"], guess=wrong)
     for bounds in ((0.9, 0.2), (0.2, float("nan")), 0.5, "0.2-0.9", (0.2, 0.5, 0.9)):
-        with pytest.raises(ParameterError, match=r"r has the bounds .*; expected: \(low, high\) with low < high within 0 to 1"):
+        with pytest.raises(ParameterError, match=message("estimation.guess-outside", name="r", least=0)):
             nsmaps.estimate(PAIR, TIMES, free={"r": bounds})
-    with pytest.raises(nsmaps.NsmapsError, match="an estimate from impacts and samples"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("exact.no-motion", what="an estimate from impacts and samples")):
         nsmaps.estimate(load_system("square_root", a=0.5, mu=0.1), [0.0, 1.0], free=["r"])

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from messages import message
 
 import nsmaps
 from nsmaps.errors import NsmapsError
@@ -54,5 +55,5 @@ def test_the_boundary_of_a_basin_and_its_spread_are_those_of_the_closed_form() -
     assert margin.share == (1.0, 0.0)
     assert "this motion in 100 +- 0 % of 6 draws; sampled" in str(margin)
     assert isinstance(margin.plot(), Figure)
-    with pytest.raises(NsmapsError, match=r"directions have the shape \(1, 2\); expected: \(D, 1\)"):
+    with pytest.raises(NsmapsError, match=message("errors.shape", what="directions have", shape="(1, 2)", expected="(D, 1)")):
         basin_distance(system, found, directions=[[1.0, 0.0]])

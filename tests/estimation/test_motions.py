@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from messages import message
 from nsmaps_vi_pair import VIPair
 from scipy import stats
 from unforced import Drop
@@ -80,7 +81,7 @@ def test_sobol_indices_are_left_out_where_they_do_not_exist() -> None:
         np.testing.assert_allclose(found.total_order, [[index]], atol=0.03)
         assert isinstance(found.plot(), Figure)
     for wrong in (None, [1.0, 2.0]):
-        with pytest.raises(nsmaps.NsmapsError, match=r"speed = .*; expected: a number from each function of the system"):
+        with pytest.raises(nsmaps.NsmapsError, match=message("estimation.not-a-quantity", name="speed")):
             nsmaps.uncertainty(ball, laws, {"speed": lambda ball, wrong=wrong: wrong})
 
 
@@ -94,17 +95,17 @@ def test_quantities_without_a_value_are_counted_and_wrong_distributions_refused(
     assert np.isnan(spread.values).any()
     assert np.nanmax(spread.values) <= 0.5
     assert "without a value" in str(spread)
-    with pytest.raises(ParameterError, match=r"the distribution of e is \(1, 0\)"):
+    with pytest.raises(ParameterError, match=message("estimation.distribution", name="e", given="(1, 0)")):
         nsmaps.uncertainty(Drop(g=1.0, e=0.5), {"e": (1, 0)}, quantity)
     for law in ((0.5, 2.5), stats.uniform(-0.1, 0.2)):
-        with pytest.raises(ParameterError, match=r"the distribution of r is from .* to .*; expected: within 0 to 1$"):
+        with pytest.raises(ParameterError, match=message("estimation.distribution-outside", name="r", least=0, greatest=1)):
             nsmaps.uncertainty(VIPair(d=0.35, r=0.5, g_bar=0.2), {"r": law}, lambda one: 0.0)
-    with pytest.raises(nsmaps.NsmapsError, match="quantity: no value at any of 2 draws"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("estimation.no-draw-with-value", name="quantity", number=2)):
         nsmaps.uncertainty(Drop(g=1.0, e=0.9), {"e": (0.8, 1.0)}, quantity, n_draws=2)
-    with pytest.raises(ParameterError, match="unknown parameter 'q'"):
+    with pytest.raises(ParameterError, match=message("errors.unknown", kind="parameter", name="q")):
         nsmaps.uncertainty(VIPair(d=0.35, r=0.5, g_bar=0.2), {"q": (0.0, 1.0)}, lambda one: 0.0)
     for given, laws in ({"n_draws": 0}, {"e": (0, 1)}), ({"n_draws": 10, "sobol": True}, {"e": (0, 1)}), ({}, {}):
-        with pytest.raises(nsmaps.NsmapsError, match="expected: at least one parameter and draw, a power of 2"):
+        with pytest.raises(nsmaps.NsmapsError, match=message("estimation.draws")):
             nsmaps.uncertainty(Drop(g=1.0, e=0.5), laws, quantity, **given)
 
 

@@ -1,10 +1,12 @@
 """Records as they are read and checked: one line of advice for each fault, and units."""
 
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from messages import message
 
 from nsmaps.errors import DataError
 from nsmaps.estimation import Record
@@ -12,31 +14,34 @@ from nsmaps.estimation.records import records_of
 
 
 @pytest.mark.parametrize(
-    ("given", "message"),
+    ("given", "said"),
     [
-        ({}, "the record has no impacts and no samples; expected: times of impacts"),
-        ({"times": [1.0, 3.0, 2.0]}, r"times decrease from 3 to 2 \(numbers 2 and 3\); expected: one motion in order"),
-        ({"times": [1.0, np.nan]}, "number 2 of times is nan; expected: finite times"),
-        ({"times": [1.0], "walls": "BT"}, "2 walls for 1 impacts; expected: one for each"),
-        ({"times": [1.0], "noise": 0.0}, "noise 1 is 0; expected: a finite standard deviation above zero"),
-        ({"times": [1.0], "noise": np.inf}, "noise 1 is inf; expected: a finite standard deviation above zero"),
-        ({"times": [2.0, 2.0]}, "all 2 times are 2; expected: times that increase"),
-        ({"times": [1.0], "speeds": [2.0]}, "speed_noise 1 is nan; expected: a finite standard deviation above zero"),
-        ({"times": [1.0], "speeds": [-2.0], "speed_noise": 0.1}, "speed -2 is negative; expected: impact speeds"),
-        ({"times": [1.0], "time_unit": 0.0}, "time_unit is 0.0; expected: the system's unit"),
-        ({"times": [1.0], "time_unit": "s"}, "time_unit is 's'; expected: the system's unit"),
-        ({"times": [1.0], "phase": np.nan}, "phase is nan; expected: radians at time zero, or None"),
-        ({"times": ["1", "a"]}, "number 2 of times is 'a'; expected: numbers, with a decimal point"),
+        ({}, message("estimation.empty")),
+        ({"times": [1.0, 3.0, 2.0]}, message("estimation.decreasing", what="times", before=3, after=2, first=2, second=3)),
+        ({"times": [1.0, np.nan]}, message("estimation.not-finite", nth=2, what="times", value="nan")),
+        ({"times": [1.0], "walls": "BT"}, message("estimation.walls", number=2, count=1)),
+        ({"times": [1.0], "noise": 0.0}, message("estimation.noise", name="noise", nth=1, value=0)),
+        ({"times": [1.0], "noise": np.inf}, message("estimation.noise", name="noise", nth=1, value="inf")),
+        ({"times": [2.0, 2.0]}, message("estimation.constant", number=2, what="times", value=2)),
+        ({"times": [1.0], "speeds": [2.0]}, message("estimation.noise", name="speed_noise", nth=1, value="nan")),
+        ({"times": [1.0], "speeds": [-2.0], "speed_noise": 0.1}, message("estimation.negative-speed", speed=-2)),
+        ({"times": [1.0], "time_unit": 0.0}, message("estimation.unit", name="time_unit", value=0.0)),
+        ({"times": [1.0], "time_unit": "s"}, message("estimation.unit", name="time_unit", value="'s'")),
+        ({"times": [1.0], "phase": np.nan}, message("estimation.phase", phase="nan")),
+        ({"times": ["1", "a"]}, message("estimation.not-a-number", nth=2, what="times", value="'a'")),
         (
             {"times": np.array(["2026-01-01"], "M8[ns]")},
-            r"times are of type datetime64\[ns\]; expected: numbers, as \(t - t\[0\]\)",
+            message("estimation.wrong-type", what="times", type="datetime64[ns]"),
         ),
-        ({"sample_times": [1.0]}, "sample_times without samples"),
-        ({"times": [1.0], "name": "run 7", "length_unit": -1}, "record 'run 7': length_unit is -1"),
+        ({"sample_times": [1.0]}, message("estimation.times-without-samples")),
+        (
+            {"times": [1.0], "name": "run 7", "length_unit": -1},
+            message("errors.value", name="length_unit", value=-1, at="record 'run 7'"),
+        ),
     ],
 )
-def test_a_record_that_cannot_be_used_is_refused_with_advice(given: dict[str, Any], message: str) -> None:
-    with pytest.raises(DataError, match=message) as error:
+def test_a_record_that_cannot_be_used_is_refused_with_advice(given: dict[str, Any], said: str) -> None:
+    with pytest.raises(DataError, match=said) as error:
         Record.of(**given)
     assert "\n" not in str(error.value)
 
@@ -74,17 +79,19 @@ def test_columns_that_are_not_of_impacts_are_sampled_states(tmp_path: Path) -> N
 
 
 def test_files_that_are_no_records_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(DataError, match=r"nowhere\.csv cannot be read"):
+    with pytest.raises(DataError, match=message("estimation.unread", file=re.compile(r".*nowhere\.csv"))):
         Record.read(tmp_path / "nowhere.csv")
     path = tmp_path / "rig.csv"
     path.write_bytes(b"\xff\xfe")
-    with pytest.raises(DataError, match=r"rig\.csv cannot be read: it is not a text file"):
+    with pytest.raises(
+        DataError, match=message("estimation.unread", file=re.compile(r".*rig\.csv"), reason="it is not a text file")
+    ):
         Record.read(path)
     path.write_text("tme,wall\n1,B\n")
-    with pytest.raises(DataError, match="no column 'time'; the columns are tme, wall, did you mean 'tme'"):
+    with pytest.raises(DataError, match=message("estimation.no-times", name="time", columns="tme, wall", near="tme")):
         Record.read(path)
     path.write_text("time,wall\n1,B\n2\n")
-    with pytest.raises(DataError, match="row 2: 1 values for 2 columns"):
+    with pytest.raises(DataError, match=message("estimation.row", row=2, values=1, columns=2)):
         Record.read(path)
 
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from messages import message
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.optimize import brentq
@@ -118,13 +119,13 @@ def test_samples_at_returns_of_an_angle_are_compared_on_the_circle() -> None:
 def test_samples_without_times_that_cannot_be_used_are_refused_in_one_line() -> None:
     system, free = load_system("impact_oscillator", **OSCILLATOR), ["r"]
     both = {"place": [0.1, 0.2, 0.3], "v": [0.1, 0.2, 0.3]}
-    with pytest.raises(DataError, match="no phase; expected: sample_times, or `phase`"):
+    with pytest.raises(DataError, match=message("estimation.no-phase")):
         nsmaps.estimate(system, Record.of(samples=both, sample_noise=0.1), free=free)
-    with pytest.raises(DataError, match="begins without v; expected: two returns or more, and at the first all of place, v"):
+    with pytest.raises(DataError, match=message("estimation.incomplete", missing="v", names="place, v")):
         nsmaps.estimate(system, Record.of(samples={"place": [0.1, 0.2]}, sample_noise=0.1, phase=0.0), free=free)
-    with pytest.raises(DataError, match="has the coordinate 'x'; expected: place, v"):
+    with pytest.raises(DataError, match=message("estimation.foreign-coordinate", name="x", names="place, v")):
         nsmaps.estimate(system, Record.of(samples={"x": [0.1, 0.2]}, sample_noise=0.1, phase=0.0), free=free)
-    with pytest.raises(DataError, match="others have times; expected: an estimate from each kind"):
+    with pytest.raises(DataError, match=message("estimation.mixed-times")):
         nsmaps.estimate(system, [Record.of(samples=both, sample_noise=0.1, phase=0.0), [1.0, 2.0]], free=free)
-    with pytest.raises(DataError, match="expected: whole numbers of returns, which increase"):
+    with pytest.raises(DataError, match=message("estimation.return-numbers")):
         Record.read({"return": [0, 2, 1], "x": [0.0, 1.0, 2.0], "x_noise": [0.1] * 3})

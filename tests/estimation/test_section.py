@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from messages import message
 from rig import Rig
 
 import nsmaps
@@ -39,23 +40,26 @@ def test_a_study_estimates_from_a_file_beside_it(tmp_path: Path, monkeypatch: py
 
 
 @pytest.mark.parametrize(
-    ("section", "message"),
+    ("section", "said"),
     [
-        ("data: [{file: none.csv}]\n  free: {r: [0, 1]}", r"rig\.yaml:4:10: none\.csv cannot be read"),
-        ("data: [{times: [1, 0]}]\n  free: {r: [0, 1]}", r"rig\.yaml:4:10: the record: times decrease"),
-        ("data: [{times: [0, 1]}]\n  free: {q: [0, 1]}", "unknown parameter 'q'"),
+        ("data: [{file: none.csv}]\n  free: {r: [0, 1]}", message("estimation.unread", file="none.csv", at="rig.yaml:4:10")),
+        (
+            "data: [{times: [1, 0]}]\n  free: {r: [0, 1]}",
+            message("estimation.decreasing", what="times", at="rig.yaml:4:10: the record"),
+        ),
+        ("data: [{times: [0, 1]}]\n  free: {q: [0, 1]}", message("errors.unknown", kind="parameter", name="q")),
         (
             "data: [{times: [0, 1]}]\n  free: {r: [0, 1]}\nbasin_distance: {record: 1}",
-            "6:26: there is no record 1; expected: below 1",
+            message("estimation.no-record", number=1, count=1, at="6:26"),
         ),
         (
             "data: [{times: [0, 1]}]\n  free: {r: [0, 1]}\nbasin_distance: {directions: [[1]]}",
-            r"6:30: directions have the shape \(1, 1\); expected: \(D, 2\)",
+            message("errors.shape", what="directions have", shape="(1, 1)", expected="(D, 2)", at="6:30"),
         ),
     ],
 )
-def test_wrong_data_are_refused_at_their_place(tmp_path: Path, section: str, message: str) -> None:
+def test_wrong_data_are_refused_at_their_place(tmp_path: Path, section: str, said: str) -> None:
     study = tmp_path / "rig.yaml"
     study.write_text(f"{HEAD}estimate:\n  {section}\n")
-    with pytest.raises(StudyError, match=message):
+    with pytest.raises(StudyError, match=said):
         nsmaps.run_study(nsmaps.load_study(study))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from hybrid import StrobedFriction, numbers, reference, system
+from messages import message
 from nsmaps_recoil_pair import RecoilPair
 from nsmaps_rocking_block import RockingBlock
 from nsmaps_soft_impact import SoftImpact
@@ -128,9 +129,9 @@ def test_states_that_are_in_no_mode():
 @pytest.mark.parametrize(
     ("states", "modes", "why"),
     [
-        ([[0.1, 0, 0, 0]], None, "expected"),
-        ([[0.1, 0, 0, 0, 1]], "fligth", "did you mean"),
-        ([[0.1, 0, 0, 0, 1]], ["flight", "flight"], "2 modes of 1 states"),
+        ([[0.1, 0, 0, 0]], None, message("errors.shape", what="states have", shape="(1, 4)")),
+        ([[0.1, 0, 0, 0, 1]], "fligth", message("exact.not-a-mode-near")),
+        ([[0.1, 0, 0, 0, 1]], ["flight", "flight"], message("exact.modes-of-states", modes=2, states=1)),
     ],
 )
 def test_what_is_refused(states, modes, why):

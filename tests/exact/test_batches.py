@@ -4,6 +4,7 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from messages import message
 
 import nsmaps
 from nsmaps import Parallel
@@ -91,7 +92,7 @@ def test_no_states_and_what_is_refused():
     system = nsmaps.load_system("vi_pair", **SYSTEMS["vi_pair"])
     with ThreadPoolExecutor(1) as executor:
         assert len(system.orbits(np.empty((0, 2)), 3, parallel=Parallel(executor))) == 0
-        with pytest.raises(NsmapsError, match="n is 0; expected: at least one return"):
+        with pytest.raises(NsmapsError, match=message("exact.no-returns", name="n", value=0)):
             system.orbits(starts(5), 0, parallel=Parallel(executor))
         with pytest.raises(StateError):
             system.orbits([[1.0, 2.0, 3.0]], 1, parallel=Parallel(executor))

@@ -9,6 +9,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
+from messages import message
 
 import nsmaps
 from nsmaps import Guard, HybridSystem, Outcome, PoincareSection
@@ -340,7 +341,7 @@ class Pulled(Jump):
 
 
 def test_a_kick_in_contact_needs_a_mode_beside_the_surface():
-    with pytest.raises(SystemDefinitionError, match=r"the reset of 's' takes the motion off the surface of the mode 'low'.*`to`"):
+    with pytest.raises(SystemDefinitionError, match=message("exact.leaves-surface", guard="s", mode="low")):
         Pulled().first_return([[0.0, 0.1]])
 
 

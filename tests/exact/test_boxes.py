@@ -8,6 +8,7 @@ import pytest
 import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from messages import message
 from systems import BouncingBall, DraggedBall, Oscillator, Table
 
 from nsmaps.errors import ProofError, StateError
@@ -216,11 +217,11 @@ def test_where_nothing_is_known(pair):
 @pytest.mark.parametrize(
     ("boxes", "why"),
     [
-        ([[1, 2]], "shape"),
-        ([[[1, 0], [0, 1]]], "each lower one at most"),
-        ([[[0, np.nan], [0, 1]]], "finite"),
-        ([[[0, 1], [0, np.inf]]], "finite"),
-        ([[[0, 1], [0, 1e13]]], "angles up to"),
+        ([[1, 2]], message("errors.shape", what="boxes have", shape="(1, 2)")),
+        ([[[1, 0], [0, 1]]], message("exact.box")),
+        ([[[0, np.nan], [0, 1]]], message("exact.box")),
+        ([[[0, 1], [0, np.inf]]], message("exact.box")),
+        ([[[0, 1], [0, 1e13]]], message("exact.box")),
     ],
 )
 def test_what_is_no_box_is_refused(pair, boxes, why):
@@ -233,9 +234,9 @@ def test_what_cannot_be_enclosed_is_refused():
         def rebound(self, speed, wall):
             return self.r * sp.atan(speed)
 
-    with pytest.raises(ProofError, match="atan"):
+    with pytest.raises(ProofError, match=message("exact.not-enclosed")):
         Soft(a=1.0).image_boxes([[[0.5, 0.6], [0, 0.1]]])
-    with pytest.raises(ProofError, match="not a real number"):
+    with pytest.raises(ProofError, match=message("exact.not-real")):
         ball_code(sp.I)
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from messages import message
 from pydantic import ValidationError
 
 import nsmaps
@@ -99,12 +100,15 @@ def test_two_to_one_motion_is_a_fixed_point_of_its_family(harvester: nsmaps.Impa
     np.testing.assert_allclose(surface.image[0], state, atol=1e-9)
 
 
-@pytest.mark.parametrize(("words", "message"), [(("B(TB",), "cannot be read"), ((), "at least 1"), (("",), "not a word")])
-def test_what_is_no_pattern_is_refused(words: tuple[str, ...], message: str) -> None:
-    with pytest.raises(ValidationError, match=message):
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [(("B(TB",), message("exact.pattern")), ((), message("others.too-few", number=1)), (("",), message("exact.not-a-word"))],
+)
+def test_what_is_no_pattern_is_refused(words: tuple[str, ...], said: str) -> None:
+    with pytest.raises(ValidationError, match=said):
         WordFamily(name="x", words=words)
 
 
 def test_a_letter_that_is_no_wall_is_named(harvester: nsmaps.ImpactSystem) -> None:
-    with pytest.raises(nsmaps.NsmapsError, match="no letter at 'X'"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("exact.letter", letter="X")):
         WordFamily(name="x", words=("B+X",)).surface(harvester, GRID)

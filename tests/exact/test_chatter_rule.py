@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from chattering import Held, until_rest
+from messages import message
 from nsmaps_bouncing_ball import BouncingBall
 from systems import BallInModes
 
@@ -157,7 +158,7 @@ def test_all_functions_of_returns_have_the_rule(system):
     seen = [nsmaps.observe(system, start[0], number, n_returns=1, n_batches=1, chatter=share) for share in (0, np.inf)]
     assert seen[0].outcome == Outcome.returned
     assert seen[1].outcome == Outcome.stuck
-    with pytest.raises(StateError, match="chatter is -1"):
+    with pytest.raises(StateError, match=message("errors.value", name="chatter", value=-1)):
         system.first_return(start, chatter=-1)
 
 

@@ -9,6 +9,7 @@ import pytest
 import sympy as sp
 from chattering import Held
 from hybrid import BeforeWall
+from messages import message
 from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_impact_oscillator import ImpactOscillator
 from nsmaps_recoil_pair import RecoilPair
@@ -162,14 +163,17 @@ def test_release_by_a_second_mass() -> None:
 @pytest.mark.parametrize(
     ("guard", "said"),
     [
-        (lambda s, y: Guard("flight", y.x, rests="table"), "does not change the rate of the function"),
-        (lambda s, y: Guard("flight", y.x, reset={"v": -s.r * y.v + 1}, rests="table"), "is not an impact"),
-        (lambda s, y: Guard("flight", y.x, reset={"v": -s.r * y.v, "x": 1}, rests="table"), "changes the function of the guard"),
-        (lambda s, y: Guard("flight", y.x, reset={"v": -s.r * y.v}, rests="flight"), "has the name of a mode"),
-        (lambda s, y: Guard("fall", y.x, reset={"v": -s.r * y.v}, rests="table"), "'fall'; expected: flight"),
-        (lambda s, y: Guard("flight", y.x, ends=True, rests="table"), "concerns several modes"),
+        (lambda s, y: Guard("flight", y.x, rests="table"), message("exact.rate-unchanged")),
+        (lambda s, y: Guard("flight", y.x, reset={"v": -s.r * y.v + 1}, rests="table"), message("exact.not-an-impact")),
+        (lambda s, y: Guard("flight", y.x, reset={"v": -s.r * y.v, "x": 1}, rests="table"), message("exact.function-changed")),
+        (lambda s, y: Guard("flight", y.x, reset={"v": -s.r * y.v}, rests="flight"), message("exact.named-as-mode")),
+        (
+            lambda s, y: Guard("fall", y.x, reset={"v": -s.r * y.v}, rests="table"),
+            message("exact.unknown-mode", name="fall", modes="flight"),
+        ),
+        (lambda s, y: Guard("flight", y.x, ends=True, rests="table"), message("exact.several-modes")),
     ],
-)  # fmt: skip
+)
 def test_what_is_no_impact_has_no_contact(guard: Any, said: str) -> None:
     class Wrong(BallInModes):
         """A ball with another guard."""
@@ -240,7 +244,7 @@ def test_a_release_is_on_the_right_side_of_the_clock(s: float) -> None:
 
 
 def test_boxes_of_systems_with_contact_are_refused_and_those_that_accumulate_are_not_bounded() -> None:
-    with pytest.raises(ProofError, match=r"BallInModes.guards: 'B' has contact that lasts, and chatter cannot be enclosed"):
+    with pytest.raises(ProofError, match=message("exact.contact-not-enclosed", system="BallInModes", guard="B")):
         BallInModes(Gamma=1.2, r=0.4).image_boxes([[[-0.5, -0.4], [1, 1.1]]])
     found = Endless(Gamma=0.3, r=0.4).image_boxes([[[0.1, 0.11], [0.0, 0.01]], [[8.0, 8.01], [9.0, 9.01]]])
     assert found.bounded.tolist() == [False, True]
@@ -307,5 +311,5 @@ def test_a_direction_with_floats_that_cancel():
 def test_a_direction_that_changes_is_refused():
     turning = type("Turning", (Spun,), {"reset_spin": lambda self, y: y.w - y.w * y.v})
     turning.guards = lambda self, t, y: {"B": Guard("fly", y.x, reset={"v": -y.v / 2, "w": self.reset_spin(y)}, rests="plate")}
-    with pytest.raises(SystemDefinitionError, match=r"w changes by 2\*y\.w/3 at an impact .* free of the states that it changes"):
+    with pytest.raises(SystemDefinitionError, match=message("exact.share-of-state", state="w", share="2*y.w/3")):
         turning().first_return([[-1.0, 0.0]])

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from hybrid import reference
+from messages import message
 from nsmaps_soft_impact import SoftImpact
 from scipy.integrate import solve_ivp
 
@@ -201,7 +202,7 @@ def test_too_many_crossings_are_refused():
         def guards(self, t, y):
             return {**super().guards(t, y), **{f"p{k}": Guard("free", y.x + k) for k in range(1, 7)}}
 
-    with pytest.raises(SystemDefinitionError, match="divide the modes into 130 parts"):
+    with pytest.raises(SystemDefinitionError, match=message("exact.too-many-parts", number=130)):
         Many(w=0.79, **SOFT).first_return([[0.0, 0.0]])
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from by_equation import TINY, Oscillator, Pair
+from messages import message
 from nsmaps_duffing import DuffingStop
 from nsmaps_impact_oscillator import ImpactOscillator
 from nsmaps_vi_pair import VIPair
@@ -237,11 +238,11 @@ def test_a_ball_is_pressed_between_the_zeros_of_the_force():
 
 def test_what_needs_a_closed_form_is_refused():
     system = BOTH["pair"][0]
-    with pytest.raises(ProofError, match="images of boxes need flights in closed form, and Pair is given by its acceleration"):
+    with pytest.raises(ProofError, match=message("exact.accelerated", what="images of boxes", system="Pair")):
         system.image_boxes([[[0.5, 0.6], [0.2, 0.3]]])
-    with pytest.raises(NsmapsError, match="grazing curves need flights in closed form"):
+    with pytest.raises(NsmapsError, match=message("exact.accelerated", what="grazing curves")):
         system.grazing_curves({"v": (0.1, 1), "phi": (0, 1)})
-    with pytest.raises(NsmapsError, match="given by an acceleration; expected: a `displacement`"):
+    with pytest.raises(NsmapsError, match=message("exports.accelerated")):
         nsmaps.export(system, "latex")
 
 
@@ -257,20 +258,23 @@ def test_a_class_with_both_is_followed_by_its_displacement():
 
 
 @pytest.mark.parametrize(
-    ("formula", "message"),
+    ("formula", "said"),
     [
         (
             lambda self, t, place, velocity: -1 - sp.sign(velocity),
-            "its own rate jumps, as by sign.*and the motion may stay there; expected: a `SlidingSurface`",
+            message("exact.own-jump"),
         ),
-        (lambda self, t, place, velocity: sp.cos(t), "acceleration is not the same after one `period`"),
-        (lambda self, t, place: -place, r"acceleration is called with \([a-z, ]*\), which it does not take \([^(]*\)$"),
-        (lambda self, t, place, velocity: -sp.Symbol("q") * place, "unknown symbols: q"),
-        (lambda self, t, place, velocity: "x", "expected: a number or a formula of sympy"),
+        (lambda self, t, place, velocity: sp.cos(t), message("exact.not-periodic")),
+        (
+            lambda self, t, place: -place,
+            message("exact.not-called-so", formula="acceleration", arguments="(self, t, place, velocity)"),
+        ),
+        (lambda self, t, place, velocity: -sp.Symbol("q") * place, message("exact.unknown-symbols", symbols="q")),
+        (lambda self, t, place, velocity: "x", message("exact.not-a-formula")),
     ],
 )
-def test_an_acceleration_that_cannot_be_followed_is_refused(formula, message):
-    with pytest.raises(SystemDefinitionError, match=message):  # when the class is defined, or at its first return
+def test_an_acceleration_that_cannot_be_followed_is_refused(formula, said):
+    with pytest.raises(SystemDefinitionError, match=said):  # when the class is defined, or at its first return
         type("Wrong", (VIPair,), {"acceleration": formula, "__module__": __name__})(d=0.3, g_bar=0.2).first_return([[1.0, 1.0]])
 
 
@@ -291,7 +295,7 @@ def test_without_heyoka_the_extra_is_named(monkeypatch):
         def acceleration(self, t, place, velocity):
             return -sp.sin(place) / 3
 
-    with pytest.raises(NsmapsError, match="needs heyoka, which is not installed"):
+    with pytest.raises(NsmapsError, match=message("exact.no-heyoka")):
         Other(c=0, a=1, b=1, f=1, w=1, d=1).first_return([[1.0, 1.0]])
 
 
@@ -309,7 +313,7 @@ def test_heyoka_is_loaded_by_the_first_return_alone():
 def test_systems_are_checked_by_an_integrator():
     system = DuffingStop(c=0.1, a=-1, b=1, f=0.4, w=1.2, d=0.9, r=0.7)
     check_system(system)
-    with pytest.raises(CheckError, match="does not obey its equation of motion"):
+    with pytest.raises(CheckError, match=message("testing.equation")):
         check_system(system, acceleration=lambda t, place, velocity: -place)
 
 
@@ -327,7 +331,7 @@ def test_slips_in_an_acceleration_are_reported():
             return self.f * sp.cos(self.w * t) - self.a * place - self.b * place**3
 
     values = {"c": 0.1, "a": -1, "b": 1, "f": 0.4, "w": 1.2, "d": 0.9, "r": 0.7}
-    with pytest.raises(CheckError, match=r"the period of Early is wrong.*2 times it"):
+    with pytest.raises(CheckError, match=message("testing.wrong-period", system="Early", factor=2)):
         check_system(Early(**values))
-    with pytest.raises(CheckError, match="ignore its parameter 'c': neither walls, period, acceleration nor rebound"):
+    with pytest.raises(CheckError, match=message("testing.ignored", name="c", motion="acceleration")):
         check_system(Undamped(**values))

@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 import subprocess
 import sys
 import warnings
@@ -14,6 +15,7 @@ import numba
 import numpy as np
 import pytest
 import sympy as sp
+from messages import message
 from numba.core.registry import CPUDispatcher
 
 from nsmaps.exact.compiling import compiled, digest, kept, libraries
@@ -217,7 +219,7 @@ def test_code_that_is_kept_is_used_again_and_what_is_broken_is_made_again(folder
 def test_a_folder_that_cannot_be_written_is_told_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     monkeypatch.setattr(kept, "_folder", lambda: tmp_path / "file" / "kernels")
-    with pytest.warns(RuntimeWarning, match=r"compiled code cannot be kept in .*kernels \(Not a directory\)"):
+    with pytest.warns(RuntimeWarning, match=message("exact.not-kept", folder=re.compile(r".*kernels"), reason="Not a directory")):
         assert njit(cache=True)(inner.py_func)(1.0) == 2.0
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy as sp
+from messages import message
 from pydantic import Field
 
 from nsmaps import Guard, HybridSystem, PoincareSection, SlidingSurface
@@ -272,13 +273,13 @@ def test_contact_that_lasts_and_sliding_follow_from_rates_with_kinks() -> None:
 @pytest.mark.parametrize(
     ("force", "said"),
     [
-        (lambda y: -sp.sign(y.v), r"where y\.v is zero its own rate jumps, .* expected: a `SlidingSurface` between two modes"),
+        (lambda y: -sp.sign(y.v), message("exact.own-jump", function="y.v")),
         (
             lambda y: sp.Max(0, -y.x) ** sp.Rational(3, 2),
-            r"\(-y\.x\)\*\*\(3/2\) has no Taylor series where y\.x is zero, .* expected: a whole power",
+            message("exact.no-series-at", formula="(-y.x)**(3/2)", function="y.x"),
         ),
-        (lambda y: sp.Piecewise((y.x, y.x > 0)), r"rate of v has a `Piecewise` without a last piece; expected: .*True"),
-        (lambda y: sp.Piecewise((y.x, sp.Ne(y.x, 0)), (1, True)), r"`Piecewise` with the condition Ne.*; expected: inequalities"),
+        (lambda y: sp.Piecewise((y.x, y.x > 0)), message("exact.no-last-piece", state="v")),
+        (lambda y: sp.Piecewise((y.x, sp.Ne(y.x, 0)), (1, True)), message("exact.piecewise-condition")),
     ],
 )
 def test_kinks_that_cannot_be_followed_are_refused_with_a_way_out(force: Any, said: str) -> None:

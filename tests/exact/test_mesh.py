@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from messages import message
 
 import nsmaps
 from nsmaps.errors import NsmapsError
@@ -150,7 +151,7 @@ def test_a_surface_without_edges_is_its_grid():
 def test_a_grid_along_one_coordinate_has_no_triangles():
     family = WordFamily(name="BB", words=("BB",))
     surface = family.surface(PAIR, Grid(axes={"v": Axis(low=0.1, high=1, points=5), "phi": Axis.at(0.3)}))
-    with pytest.raises(NsmapsError, match="the grid varies along v"):
+    with pytest.raises(NsmapsError, match=message("exact.varies", names="v")):
         mesh(PAIR, surface, family)
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from hybrid import SYSTEMS, numbers, reference, system
+from messages import message
 from nsmaps_soft_impact import SoftImpact
 from nsmaps_vi_pair import VIPair
 from systems import Coulomb
@@ -245,11 +246,14 @@ def test_a_reset_that_is_not_affine_is_refused():
         def guards(self, t, y):
             return {**super().guards(t, y), "F": nsmaps.Guard("contact", y.x - self.e, to="free", reset={"v": -(y.v**2)})}
 
-    with pytest.raises(ProofError, match=r"Curved.guards: the reset of 'F' is not affine"):
+    with pytest.raises(ProofError, match=message("exact.reset-not-enclosed", system="Curved", guard="F")):
         Curved(xi=0.01, e=1.26, a=0.7, beta=29, w=0.75).image_boxes([[[0.9, 1.0], [1.0, 1.1]]])
 
 
-@pytest.mark.parametrize(("boxes", "why"), [([[1, 2]], "shape"), ([[[1, 0], [0, 1]]], "each lower one at most")])
+@pytest.mark.parametrize(
+    ("boxes", "why"),
+    [([[1, 2]], message("errors.shape", what="boxes have", shape="(1, 2)")), ([[[1, 0], [0, 1]]], message("exact.box"))],
+)
 def test_what_is_no_box_is_refused(boxes, why):
     with pytest.raises(StateError, match=why):
         system("S2_bilinear", reference("S2_bilinear")["parameters"]["w085"]).image_boxes(boxes)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from hybrid import numbers, reference, system
+from messages import message
 
 import nsmaps
 from nsmaps import Guard, HybridSystem, PoincareSection
@@ -116,27 +117,35 @@ def test_a_motion_that_meets_other_events_alone_says_so():
 @pytest.mark.parametrize(
     ("formula", "given", "said"),
     [
-        ("modes", lambda self, t, y: {"free": {"x": y.v, "v": -y.x + t}}, r"modes: .* v is phi/2, which is not the same after"),
-        ("modes", lambda self, t, y: {"free": {"x": y.vel, "v": -y.x}}, r"no attribute 'vel'\); the states are y.x, y.v"),
+        (
+            "modes",
+            lambda self, t, y: {"free": {"x": y.v, "v": -y.x + t}},
+            message("exact.rate-not-periodic", state="v", formula="phi/2"),
+        ),
+        (
+            "modes",
+            lambda self, t, y: {"free": {"x": y.vel, "v": -y.x}},
+            message("exact.states-of-formulas", name="vel", names="y.x, y.v"),
+        ),
         (
             "modes",
             lambda self, t, y: {"free": {"x": y.v, "v": cos(t)}},
-            r"modes cannot be written in symbols .*; use sympy's func",
+            message("exact.sympys-functions-of", cls="Slip", formula="modes"),
         ),
-        ("modes", lambda self, t, y: {"free": {"x": y.v, "v": 1 if y.x > 0 else -1}}, "formulas may not branch"),
-        ("modes", lambda self, t, y: {}, r"modes is \{\}; expected: the rates of all states by the names of modes"),
+        ("modes", lambda self, t, y: {"free": {"x": y.v, "v": 1 if y.x > 0 else -1}}, message("exact.branches")),
+        ("modes", lambda self, t, y: {}, message("exact.modes", given="{}")),
         (
             "guards",
             lambda self, t, y: [Guard("free", -y.x)],
-            r"guards is \[Guard.*; expected: a `Guard` or a `SlidingSurface` by its",
+            message("exact.guards", given=re.compile(r"\[Guard.*")),
         ),
-        ("guards", lambda self, t, y: {"C": ("free", -y.x)}, "expected: a `Guard` or a `SlidingSurface` by its name"),
-        ("section", lambda self, t, y: "C", "section is 'C'; expected: a `PoincareSection`"),
-        ("section", lambda self, t, y: PoincareSection("C", ("v", "phi"), side="left"), "its side as 'before' or 'after'"),
+        ("guards", lambda self, t, y: {"C": ("free", -y.x)}, message("exact.guards")),
+        ("section", lambda self, t, y: "C", message("exact.section", given="'C'")),
+        ("section", lambda self, t, y: PoincareSection("C", ("v", "phi"), side="left"), message("exact.side")),
     ],
 )
 def test_slips_in_a_class_are_told_with_the_formula(formula, given, said):
     made = type("Slip", (Stop,), {formula: given, "__module__": __name__})(zeta=0.1)
-    with pytest.raises(SystemDefinitionError, match=rf"Slip\.{formula}.*") as raised:
+    with pytest.raises(SystemDefinitionError, match=message("exact.formula", cls="Slip", formula=formula)) as raised:
         made.first_return([[1.0, 0.0]])
     assert re.search(said, str(raised.value))

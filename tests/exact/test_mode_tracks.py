@@ -6,6 +6,7 @@ import pytest
 from digits import number
 from flint import arb_mat, ctx
 from hybrid import StrobedFriction
+from messages import message
 from nsmaps_belt import Belt
 from nsmaps_buck_converter import BuckConverter
 from nsmaps_recoil_pair import RecoilPair
@@ -148,11 +149,17 @@ def test_a_system_without_forcing():
 
 
 @pytest.mark.parametrize(
-    ("start", "n", "samples"),
-    [([np.nan, 0.1], 5, 9), ([0.838, 0.0], 1, 9), ([0.838, 0.0], 5, 1), ([0.7, 1.0], 5, 9), ([0.7], 5, 9)],
+    ("start", "n", "samples", "said"),
+    [
+        ([np.nan, 0.1], 5, 9, message("exact.not-a-start", state="[nan 0.1]")),
+        ([0.838, 0.0], 1, 9, message("exact.samples", number=1, samples=9)),
+        ([0.838, 0.0], 5, 1, message("exact.samples", number=5, samples=1)),
+        ([0.7, 1.0], 5, 9, message("exact.not-on-section", guard="M")),
+        ([0.7], 5, 9, message("errors.shape", what="the start has", shape="(1,)")),
+    ],
 )
-def test_tracks_that_cannot_be(start, n, samples):
-    with pytest.raises(StateError, match="expected: "):
+def test_tracks_that_cannot_be(start, n, samples, said):
+    with pytest.raises(StateError, match=said):
         track(Belt(**BELT), start, n, samples)
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from hybrid import SYSTEMS, numbers, reference, system, word
+from messages import message
 from nsmaps_soft_impact import SoftImpact
 from nsmaps_vi_pair import VIPair
 
@@ -189,15 +190,33 @@ def broken(**changes):
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"modes": lambda self, t, y: {"free": {"x": y.v, "v": y.x * y.v}, "contact": {}}}, "expected: of x, v"),
-        ({"modes": lambda self, t, y: {"free": {"x": y.v}, "contact": {"x": 0, "v": 0}}}, "rates of x; expected: of x, v"),
-        ({"guards": lambda self, t, y: {"C": nsmaps.Guard("fre", y.x)}}, "'fre', did you mean 'free'"),
-        ({"guards": lambda self, t, y: {"C": nsmaps.Guard("free", y.x, reset={"z": 0})}}, "resets 'z'"),
-        ({"section": lambda self, t, y: nsmaps.PoincareSection("D", ("v", "phi"))}, "'D'; expected: C, F"),
-        ({"section": lambda self, t, y: nsmaps.PoincareSection("C", ("phi",))}, "leaves x and v open"),
-        ({"period": lambda self: None}, "has no `period`"),
+        (
+            {"modes": lambda self, t, y: {"free": {"x": y.v, "v": y.x * y.v}, "contact": {}}},
+            message("exact.rates-of", names="x, v"),
+        ),
+        (
+            {"modes": lambda self, t, y: {"free": {"x": y.v}, "contact": {"x": 0, "v": 0}}},
+            message("exact.rates-of", given="x", names="x, v"),
+        ),
+        (
+            {"guards": lambda self, t, y: {"C": nsmaps.Guard("fre", y.x)}},
+            message("exact.guard-mode-near", name="fre", near="free"),
+        ),
+        (
+            {"guards": lambda self, t, y: {"C": nsmaps.Guard("free", y.x, reset={"z": 0})}},
+            message("exact.guard-resets", name="z"),
+        ),
+        (
+            {"section": lambda self, t, y: nsmaps.PoincareSection("D", ("v", "phi"))},
+            message("exact.section-at", guard="D", guards="C, F"),
+        ),
+        (
+            {"section": lambda self, t, y: nsmaps.PoincareSection("C", ("phi",))},
+            message("exact.section-open-not-linear", names="x and v"),
+        ),
+        ({"period": lambda self: None}, message("exact.no-period")),
     ],
-)  # fmt: skip
+)
 def test_formulas_that_are_none_are_refused(changes, said):
     with pytest.raises(SystemDefinitionError, match=said):
         broken(**changes).first_return([[1.0, 1.0]])

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy as sp
+from messages import message
 
 from nsmaps import Guard, HybridSystem, PoincareSection, SlidingSurface
 from nsmaps.errors import SystemDefinitionError
@@ -323,11 +324,11 @@ def test_a_section_on_a_curved_surface_takes_the_formula_that_is_given() -> None
 @pytest.mark.parametrize(
     ("system", "said"),
     [
-        (Curved(), r"leaves x open, and the guard 'L' is not linear in x, of which several values .* as states=\{'x': \.\.\.\}"),
-        (Wrong(), r"lie on a surface only where .* is zero, which is not affine; expected: one coordinate less"),
-        (Clocked(), r"the function of 'S', -exp\(sin\(phi\)\)\*sin\(phi\), is not a sum of harmonics; expected: .* -sin\(w t\)"),
-        (Resting(), r"rests='stick' has the function y\.x\*\*2 \+ y\.y, .* not affine in the states; expected: .* no `rests`"),
-        (Stepping(), r"rate of u is floor\(y\.x\), and floor has no Taylor series that can be followed; expected: powers"),
+        (Curved(), message("exact.section-open-not-linear", names="x", guard="L", example="{'x': ...}")),
+        (Wrong(), message("exact.section-not-affine")),
+        (Clocked(), message("exact.no-harmonics", guard="S", formula="-exp(sin(phi))*sin(phi)")),
+        (Resting(), message("exact.not-affine-contact", mode="stick", formula="y.x**2 + y.y")),
+        (Stepping(), message("exact.no-series", what="in mode 'flight' the rate of u", formula="floor(y.x)", function="floor")),
     ],
 )
 def test_what_cannot_be_followed_is_refused_with_a_way_out(system: HybridSystem, said: str) -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from ball import BALL
+from messages import message
 from stumbles import again
 
 import nsmaps
@@ -67,7 +68,7 @@ def test_what_is_finished_is_kept_and_taken_up(tmp_path: Path) -> None:
     found = Parallel(checkpoint=tmp_path / "kept").run(square, parts)
     assert [part["square"].item() for part in found] == [0.0, 1.0, 4.0, 9.0, 16.0, 25.0]
     assert note.read_text().split() == ["0.0", "1.0", "2.0", "3.0", "4.0", "5.0"], "each once"
-    with pytest.raises(nsmaps.NsmapsError, match="parts of other work"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("parallel.other-work")):
         Parallel(checkpoint=tmp_path / "kept").run(square, parts[:5])
 
 
@@ -79,7 +80,7 @@ def test_an_unfinished_file_is_no_part(tmp_path: Path) -> None:
 
 def test_a_lost_worker_does_not_lose_the_sweep(tmp_path: Path) -> None:
     parts = [(float(x), os.getpid()) for x in range(6)]
-    with ProcessPoolExecutor(2) as executor, pytest.warns(RuntimeWarning, match="workers were lost"):
+    with ProcessPoolExecutor(2) as executor, pytest.warns(RuntimeWarning, match=message("parallel.workers-lost")):
         found = Parallel(executor, tmp_path).run(dies_elsewhere, parts)
     assert [part["square"].item() for part in found] == [0.0, 1.0, 4.0, 9.0, 16.0, 25.0]
 
@@ -90,9 +91,9 @@ def test_an_error_of_a_part_is_an_error() -> None:
 
 
 def test_what_cannot_be_sent_or_told_says_so(tmp_path: Path) -> None:
-    with ProcessPoolExecutor(1) as executor, pytest.raises(nsmaps.NsmapsError, match=r"cannot be sent .* nsmaps\.exact\.Along"):
+    with ProcessPoolExecutor(1) as executor, pytest.raises(nsmaps.NsmapsError, match=message("parallel.not-sent")):
         Parallel(executor).run(first_of, [(lambda d: d, 0.3)])
-    with pytest.raises(nsmaps.NsmapsError, match="cannot be recognised in another run"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("parallel.not-recognised")):
         Parallel(checkpoint=tmp_path).run(first_of, [(lambda d: d, 0.3)])
 
 
@@ -120,7 +121,7 @@ def test_the_note_tells_formulas_apart(tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(BALL)
     kept()
     (tmp_path / "mine.py").write_text(BALL.replace("s**2 / 2", "s**2 / 3.5"))
-    with pytest.raises(nsmaps.NsmapsError, match="parts of other work"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("parallel.other-work")):
         kept()
 
 
@@ -160,7 +161,7 @@ def test_a_sweep_of_surfaces_in_processes_is_the_sweep_here(tmp_path: Path) -> N
             for name in one:
                 assert np.array_equal(one[name].member, two[name].member)
                 assert np.array_equal(one[name].image, two[name].image)
-    with pytest.raises(nsmaps.NsmapsError, match="unknown parameter 'dd'"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("errors.near", kind="parameter", name="dd")):
         sweep(system, "dd", [0.3], grid, families)
 
 
@@ -203,16 +204,19 @@ def test_one_lost_part_leaves_the_others_to_their_workers(tmp_path: Path) -> Non
         raise BrokenExecutor("gone")
 
     COUNTED.clear()
-    with Losing(1) as executor, pytest.warns(RuntimeWarning, match=r"workers were lost \(gone\); 1 of 4 parts are computed here"):
+    with (
+        Losing(1) as executor,
+        pytest.warns(RuntimeWarning, match=message("parallel.workers-lost", reason="gone", number=1, parts=4)),
+    ):
         made = Parallel(executor).run(counted, [(k,) for k in range(4)])
     assert COUNTED == [0, 2, 3, 1]
     assert [int(each["x"][0]) for each in made] == [0, 1, 2, 3]
 
 
 def test_what_is_no_executor_or_no_part_is_refused() -> None:
-    with pytest.raises(nsmaps.NsmapsError, match="the executor is a int"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("parallel.executor", type="int")):
         Parallel(2)
-    with pytest.raises(nsmaps.NsmapsError, match="a part has 0 items"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("parallel.items", number=0)):
         Parallel(part=0)
 
 

@@ -5,6 +5,7 @@ import re
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from messages import message
 
 from nsmaps.exact.patterns import reach_of
 from nsmaps.exact.surfaces.family import WordFamily
@@ -43,5 +44,5 @@ def test_no_pattern_takes_exponential_time(pattern: str) -> None:
 
 def test_a_pattern_that_is_nested_too_deeply_is_refused() -> None:
     WordFamily(name="deep", words=("(" * 50 + "B" + ")" * 50 + "B",))
-    with pytest.raises(ValueError, match="is nested deeper than 50 levels"):
+    with pytest.raises(ValueError, match=message("exact.nested-pattern")):
         WordFamily(name="deep", words=("(" * 51 + "B" + ")" * 51 + "B",))

@@ -6,6 +6,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 import sympy as sp
+from messages import message
 
 import nsmaps
 from nsmaps import Angle, PiecewiseMap
@@ -171,19 +172,28 @@ def test_check_system_tries_a_map():
 @pytest.mark.parametrize(
     ("pieces", "text"),
     [
-        (lambda self, x: {"L": (x.x < 0, {"x": x.x, "y": x.y})} if x.x < 1 else {}, "x.x < 1; a formula cannot choose by a"),
-        (lambda self, x: {"L": (x.z < 0, {"x": x.x, "y": x.y})}, "'z'; expected: the coordinates, x.x, x.y"),
-        (lambda self, x: {"L": (True, {"x": np.sin(x.x), "y": x.y})}, "expected: formulas in sympy's functions, as sympy.sin"),
-        (lambda self, x: {"L": (sp.zeta(x.x) > 1, {"x": x.x, "y": x.y})}, "has zeta.* > 1; expected: functions that Python"),
-        (lambda self, x: {"L": (x.x < 0, {"x": x.x})}, "has images of x; expected: of each of x, y"),
+        (
+            lambda self, x: {"L": (x.x < 0, {"x": x.x, "y": x.y})} if x.x < 1 else {},
+            message("exact.relation", relation="x.x < 1"),
+        ),
+        (
+            lambda self, x: {"L": (x.z < 0, {"x": x.x, "y": x.y})},
+            message("exact.coordinate-of-piece", name="z", names="x.x, x.y"),
+        ),
+        (lambda self, x: {"L": (True, {"x": np.sin(x.x), "y": x.y})}, message("exact.numpys-functions")),
+        (lambda self, x: {"L": (sp.zeta(x.x) > 1, {"x": x.x, "y": x.y})}, message("exact.function-of-piece")),
+        (lambda self, x: {"L": (x.x < 0, {"x": x.x})}, message("exact.images-of-piece", given="x", names="x, y")),
         (
             lambda self, x: {"L": (x.x, {"x": x.x, "y": x.y})},
-            "the condition of piece 'L' of Broken is _y_0; expected: a",
+            message("exact.condition-of-piece", letter="L", cls="Broken", given="_y_0"),
         ),
-        (lambda self, x: {"L": (True, {"x": sp.Symbol("q"), "y": x.y})}, "has q in q; expected: fields and states"),
-        (lambda self, x: {"L": x.x}, "expected: a condition, and the images by coordinate"),
-        (lambda self, x: {"left": (True, {"x": x.x, "y": x.y})}, "names its pieces 'left'; expected: a letter or a digit"),
-        (lambda self, x: {}, "expected: pairs of a condition and images"),
+        (
+            lambda self, x: {"L": (True, {"x": sp.Symbol("q"), "y": x.y})},
+            message("exact.symbols-of-piece", symbols="q", formula="q"),
+        ),
+        (lambda self, x: {"L": x.x}, message("exact.piece")),
+        (lambda self, x: {"left": (True, {"x": x.x, "y": x.y})}, message("exact.piece-names", names="'left'")),
+        (lambda self, x: {}, message("exact.pieces")),
     ],
 )
 def test_what_is_not_a_piece_is_refused(pieces, text):

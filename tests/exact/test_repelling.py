@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import sympy as sp
+from messages import message
 
 from nsmaps import Guard, HybridSystem, Noise, PoincareSection, SlidingSurface, noisy_orbits
 from nsmaps.errors import StateError
@@ -88,7 +89,7 @@ def test_noise_meets_it_too():
 
 
 def test_states_in_sliding_lie_on_its_surface():
-    with pytest.raises(StateError, match=r"\(0, 0.25\) is given in the mode 'side', and its surface is 0.25 away"):
+    with pytest.raises(StateError, match=message("exact.off-surface", state="0, 0.25", mode="side", distance=0.25)):
         Pushed().arrivals([[0.0, 0.25, 1.0]], "side")
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from hybrid import BeforeWall
+from messages import message
 from nsmaps_impact_oscillator import ImpactOscillator
 
 from nsmaps import Guard, HybridSystem, PoincareSection
@@ -131,5 +132,5 @@ def test_a_reset_that_changes_from_period_to_period_is_refused() -> None:
         def guards(self, t: Any, y: SimpleNamespace) -> Mapping[str, Guard]:
             return {"B": Guard("flight", y.x - self.A * sp.sin(t), reset={"v": self.r * abs(y.v) * sp.exp(-t)})}
 
-    with pytest.raises(SystemDefinitionError, match=r"reset of v by .* is not the same after one `period` of the forcing"):
+    with pytest.raises(SystemDefinitionError, match=message("exact.reset-not-periodic", state="v")):
         Ageing().first_return(STARTS)

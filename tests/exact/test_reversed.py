@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from hybrid import Friction
+from messages import message
 from nsmaps_belt import Belt
 from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_duffing import DuffingStop
@@ -142,13 +143,16 @@ def test_the_stable_manifold_is_that_of_the_impact_system():
 @pytest.mark.parametrize(
     ("system", "said"),
     [
-        (Ball(Gamma=1.3, r=0.0), "Ball in reversed time: the reset of the guard 'B' takes different states to one"),
-        (Ball(Gamma=1.3, r=0.5, kind="bent"), "the reset of the guard 'B' is not affine in the states"),
-        (Ball(Gamma=1.3, r=0.5, kind="two"), "the guard 'C' leads to the mode 'flight' from 'other', as another event"),
-        (Friction(mu=0.5), "all motions that slide along 'stick' have one future"),
-        (Belt(zeta=0.02, vb=0.5, A=0.3, w=1.3, mu_k=0.6, mu_s=0.7), "in reversed time: "),
+        (Ball(Gamma=1.3, r=0.0), message("exact.reset-to-one-state", system="Ball", guard="B")),
+        (Ball(Gamma=1.3, r=0.5, kind="bent"), message("exact.reset-not-reversed", guard="B")),
+        (
+            Ball(Gamma=1.3, r=0.5, kind="two"),
+            message("exact.mode-before", guard="C", mode="flight", before="other", other="flight"),
+        ),
+        (Friction(mu=0.5), message("exact.one-future", surface="stick")),
+        (Belt(zeta=0.02, vb=0.5, A=0.3, w=1.3, mu_k=0.6, mu_s=0.7), message("exact.reset-to-one-state")),
     ],
-)  # fmt: skip
+)
 def test_what_has_no_past_is_refused_with_its_guard(system, said):
     with pytest.raises(NsmapsError, match=said):
         reversed_system(system)

@@ -4,6 +4,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
+from messages import message
 from nsmaps_recoil_pair import RecoilPair
 from nsmaps_vi_pair import VIPair
 
@@ -164,7 +165,7 @@ def test_a_clock_at_any_phase():
     assert late.sensitivity(starts[:1], {"p": 1.0})[0] == pytest.approx(slope, abs=1e-9)
     many = np.random.default_rng(0).uniform(0, 2, (20, 2))
     assert late.first_return(many).image == pytest.approx(np.vstack([late.first_return([row]).image for row in many]), abs=1e-13)
-    with pytest.raises(ProofError, match=r"Late.section is at the phase 3\.84159"):
+    with pytest.raises(ProofError, match=message("exact.phase-not-enclosed", system="Late", phase=3.84159)):
         late.image_boxes([[[0.5, 0.51], [0.3, 0.31]]])
 
 
@@ -290,25 +291,25 @@ def ends(self, t, y):
 @pytest.mark.parametrize(
     ("system", "why"),
     [
-        (stated(Tube, PoincareSection(("R", "F"), ("v",)), ends), r"at 'R' and 'F', whose .* different x .* expected: 'x' among"),
+        (stated(Tube, PoincareSection(("R", "F"), ("v",)), ends), message("exact.two-zeros", guard="R", other="F", name="x")),
         (
             stated(Tube, PoincareSection("R", ())),
-            r"has no coordinates, and a map needs one; expected: names of the states x, v, such as \('x',\)",
+            message("exact.no-coordinates", names="x, v", example="('x',)"),
         ),
-        (stated(Tube, PoincareSection("R", ("v",), states={"x": 2})), r"none is just before 'R': .* is -1\.0"),
-        (stated(Tube, PoincareSection("R", ("v",), states={"y": 2})), r"gives the state 'y'"),
+        (stated(Tube, PoincareSection("R", ("v",), states={"x": 2})), message("exact.none-before", guard="R", value=-1.0)),
+        (stated(Tube, PoincareSection("R", ("v",), states={"y": 2})), message("exact.section-state", name="y")),
         (
             stated(Tube, PoincareSection("R", ("x",), states={"v": 0, "x": 1})),
-            "expected: a formula in the coordinates, of another state",
+            message("exact.section-formula"),
         ),
         (
             stated(Ramp, PoincareSection("J", ("x",), side="after")),
-            r"leaves u open, .* with its reset does not depend on u; .* after the reset",
+            message("exact.section-open", name="u"),
         ),
-        (stated(Late, PoincareSection("W", ("v",))), r"no phase among its coordinates, and the function of 'W' does not fix it"),
+        (stated(Late, PoincareSection("W", ("v",))), message("exact.phase-not-fixed", guard="W")),
         (
             stated(Late, PoincareSection("c", ("x", "v")), lambda self, t, y: {"c": Guard("m", sp.sin(2 * self.w * t))}),
-            r"clock 'c' falls through zero 2 times a period",
+            message("exact.clock", guard="c", number=2),
         ),
     ],
 )

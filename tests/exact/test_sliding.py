@@ -8,6 +8,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sp
+from messages import message
 from nsmaps_belt import Belt
 from scipy.integrate import solve_ivp
 from systems import Coulomb
@@ -234,10 +235,10 @@ def test_a_motion_that_starts_on_the_surface_forgets_its_distance_from_it(many: 
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
-        (lambda y: {"s": SlidingSurface("++", "?", y.v)}, r"between the modes '\?'"),
-        (lambda y: {"s": SlidingSurface("++", "+-", y.x)}, r"has the same rate in '\+\+' and in '\+-'"),
-        (lambda y: {"++": SlidingSurface("++", "+-", y.v)}, r"the sliding '\+\+' has the name of a mode"),
-        (lambda y: {"s": SlidingSurface("++", "+-", y.v, letters={"t": "T"})}, r"has a letter for the mode 't'"),
+        (lambda y: {"s": SlidingSurface("++", "?", y.v)}, message("exact.sliding-modes", mode="?")),
+        (lambda y: {"s": SlidingSurface("++", "+-", y.x)}, message("exact.same-rate", mode="++", other="+-")),
+        (lambda y: {"++": SlidingSurface("++", "+-", y.v)}, message("exact.sliding-named-as-mode", name="++")),
+        (lambda y: {"s": SlidingSurface("++", "+-", y.v, letters={"t": "T"})}, message("exact.sliding-letter", mode="t")),
     ],
 )  # fmt: skip
 def test_surfaces_that_are_wrong_are_refused(changed: Any, said: str) -> None:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from messages import message
 from systems import BouncingBall
 
 from nsmaps.errors import NsmapsError, StateError
@@ -59,7 +60,7 @@ def test_a_ball_that_rests_stays_on_its_wall():
 
 def test_tracks_that_cannot_be(pair):
     for n, samples in ((1, 9), (5, 1)):
-        with pytest.raises(StateError, match="expected: two or more of each"):
+        with pytest.raises(StateError, match=message("exact.samples")):
             track(pair(0.35), [0.43, 0.26], n, samples)
 
 
@@ -92,5 +93,5 @@ def test_a_slice_is_cut_where_its_phase_is_wrapped(pair):
 def test_slices_that_cannot_be(pair):
     axis = Axis(low=0.1, high=1.0, points=3)
     for along, at in (("v", {}), ("v", {"v": 1.0, "phi": 0.0}), ("w", {"phi": 0.0})):
-        with pytest.raises(NsmapsError, match="expected: v, phi, each once"):
+        with pytest.raises(NsmapsError, match=message("exact.slice", names="v, phi")):
             slice_along(pair(0.35), along, axis, at)

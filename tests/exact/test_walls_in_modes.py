@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import sympy as sp
+from messages import message
 from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_impact_oscillator import ImpactOscillator
 from nsmaps_vi_pair import VIPair
@@ -143,7 +144,7 @@ def test_motions_that_end_are_told_by_wall_mode_and_time():
     assert "expected: a finite number" in SYSTEMS["pair"].reasons([[np.nan, 0.0]])[0]
     outside = SYSTEMS["pair"].arrival_reasons([[0.5, 0.0, 1.0]])[0]
     assert "in the mode 'flight' the guard 'B' is -0.325" in outside
-    with pytest.raises(StateError, match="'fly' is not a mode"):
+    with pytest.raises(StateError, match=message("exact.not-a-mode", name="fly")):
         SYSTEMS["pair"].arrivals([[0.0, 0.0, 1.0]], "fly")
 
 
@@ -173,13 +174,13 @@ def test_motions_end_at_a_wall_that_ends_them():
     assert track(system, states[k], 9, n_samples=5).velocity == pytest.approx(
         track(whole, states[k], top + 1, n_samples=5).velocity, abs=1e-12
     )
-    with pytest.raises(NsmapsError, match="grazing curves need flights in closed form, and Open has the wall 'T', at which"):
+    with pytest.raises(NsmapsError, match=message("exact.motions-end", what="grazing curves", system="Open", wall="T")):
         system.grazing_curves({"v": (0.1, 1), "phi": (0, 1)})
 
 
 def test_a_base_wall_does_not_end_motions():
     walls = {"walls": lambda self: {"B": Wall(at=0, side=-1, ends=True)}, "__module__": __name__}
-    with pytest.raises(SystemDefinitionError, match=r"Gone.walls ends motions at the base wall 'B'"):
+    with pytest.raises(SystemDefinitionError, match=message("exact.ending-base", cls="Gone", wall="B")):
         type("Gone", (BouncingBall,), walls)
 
 

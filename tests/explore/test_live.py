@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from messages import message
 
 import nsmaps
 from nsmaps.explore.live import pictures
@@ -180,7 +181,7 @@ def test_what_cannot_be_explored_is_refused(tmp_path):
     path = tmp_path / "one.py"
     path.write_text(ONE)
     (tmp_path / "one.yaml").write_text("system: one.py:Ticks\nparameters: {}\n")
-    with pytest.raises(nsmaps.NsmapsError, match=r"expected: two coordinates or more, and a parameter"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("explore.live")):
         scene_of(nsmaps.load_study(tmp_path / "one.yaml"))
 
 
@@ -217,7 +218,7 @@ def test_a_map_by_formula_is_explored_from_its_file(tmp_path, monkeypatch):
 
     (tmp_path / "form.py").write_text(FORM)
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(nsmaps.NsmapsError, match="the parameter 'a' is missing"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("parameters.missing", name="a")):
         _study("form.py:Form", [], False)
     scene = scene_of(_study("form.py:Form", ["a=0.9"], False))
     assert list(scene.plane) == ["x", "y"]

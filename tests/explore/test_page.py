@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from messages import message
 from typer.testing import CliRunner
 
 import nsmaps
@@ -362,7 +363,7 @@ def test_a_run_of_another_system_without_a_parameter_to_move(page, tmp_path):
 
 def test_a_run_without_anything_to_draw_is_refused(tmp_path):
     (tmp_path / "bare.yaml").write_text("system: bouncing_ball\nparameters: {Gamma: 1.2}\n")
-    with pytest.raises(NsmapsError, match="nothing to explore"):
+    with pytest.raises(NsmapsError, match=message("explore.nothing")):
         write_page(nsmaps.run_study(tmp_path / "bare.yaml"), tmp_path)
 
 

@@ -1,11 +1,13 @@
 """JSON and Python modules read back as the identical map; nothing else is accepted."""
 
 import json
+import re
 from dataclasses import fields, is_dataclass
 
 import exported
 import numpy as np
 import pytest
+from messages import message
 from pydantic import BaseModel
 
 import nsmaps
@@ -94,24 +96,32 @@ def test_angles_are_told_from_other_coordinates(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "text", "message"),
+    ("name", "text", "said"),
     [
-        ("a.json", "{}", "schema None, version None; expected: 'nsmaps', 1"),
-        ("a.json", "[1, 2]", "schema None"),
-        ("a.json", "{", "is not an exported map"),
-        ("a.json", '{"schema": "nsmaps", "version": 2, "kind": "polynomial map"}', "version 2; expected: 'nsmaps', 1"),
-        ("a.json", '{"schema": "nsmaps", "version": 1, "kind": "poem"}', "a 'poem'; expected: polynomial map"),
-        ("a.json", '{"schema": "nsmaps", "version": 1, "kind": "polynomial map"}', "KeyError: 'coordinates'"),
-        ("a.py", "MAP = 3 +", "SyntaxError"),
-        ("a.py", "MAQ = {}", "there is no table MAP"),
-        ("a.py", "MAP = open('b', 'w')", "is not an exported map"),
+        ("a.json", "{}", message("exports.schema", schema="None", version="None")),
+        ("a.json", "[1, 2]", message("exports.schema", schema="None", version="None")),
+        ("a.json", "{", message("exports.not-a-map")),
+        (
+            "a.json",
+            '{"schema": "nsmaps", "version": 2, "kind": "polynomial map"}',
+            message("exports.schema", schema="'nsmaps'", version=2),
+        ),
+        ("a.json", '{"schema": "nsmaps", "version": 1, "kind": "poem"}', message("exports.kind", kind="poem")),
+        (
+            "a.json",
+            '{"schema": "nsmaps", "version": 1, "kind": "polynomial map"}',
+            message("exports.not-a-map", why="KeyError: 'coordinates'"),
+        ),
+        ("a.py", "MAP = 3 +", message("exports.not-a-map", why="SyntaxError")),
+        ("a.py", "MAQ = {}", message("exports.no-table")),
+        ("a.py", "MAP = open('b', 'w')", message("exports.not-a-map")),
     ],
 )
-def test_other_files_are_refused(name, text, message, tmp_path):
+def test_other_files_are_refused(name, text, said, tmp_path):
     (tmp_path / name).write_text(text)
     with pytest.raises(NsmapsError) as told:
         nsmaps.load_map(tmp_path / name)
-    assert message in str(told.value)
+    assert re.search(said, str(told.value))
     assert not (tmp_path / "b").exists()
 
 

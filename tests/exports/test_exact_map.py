@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import sympy as sp
 import systems
+from messages import message
 from run_c import Program, compare_node
 
 import nsmaps
@@ -165,7 +166,7 @@ def test_a_language_that_is_refused_leads_to_those_that_are_not(name):
 
 @pytest.mark.parametrize("language", ["c", "julia"])
 def test_a_name_that_the_program_has_already_is_refused(language):
-    with pytest.raises(NsmapsError, match="the name 'flow', by which the program would have flow twice"):
+    with pytest.raises(NsmapsError, match=message("exports.name-twice", name="flow")):
         nsmaps.export(SYSTEMS["vi_pair"][0](), language, name="flow")
 
 
@@ -182,7 +183,7 @@ def test_a_program_may_have_the_name_of_a_function_of_the_engine(tmp_path):
 def test_a_law_that_c_has_no_function_for_is_refused():
     formulas = SimpleNamespace(symbols=(), laws=[sp.besselj(0, V)] * 2)
     kernel = SimpleNamespace(table=np.zeros(40), formulas=formulas, system=SYSTEMS["curved law"][0]())
-    with pytest.raises(NsmapsError, match=r"the impact law besselj\(0, v\) of DraggedBall has a part that C has not: "):
+    with pytest.raises(NsmapsError, match=message("exports.law", law="besselj(0, v)", system="DraggedBall")):
         law_texts(kernel, "p->table", 0)
 
 

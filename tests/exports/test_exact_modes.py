@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from hybrid import BeforeWall, Friction
+from messages import message
 from run_c import Program, compare_node
 
 import nsmaps
@@ -150,8 +151,8 @@ class Nonlinear(BeforeWall):
 
 def test_what_cannot_be_written_is_refused_by_name():
     values = {"zeta": 0.1, "w": 1.0, "A": 0.5, "wall": -0.2, "r": 0.8}
-    with pytest.raises(NsmapsError, match="Nonlinear as 'c': its flights are nonlinear, "):
+    with pytest.raises(NsmapsError, match=message("exports.nonlinear", system="Nonlinear", language="c")):
         nsmaps.export(Nonlinear(**values), "c")
-    with pytest.raises(NsmapsError, match="the name 'memory', by which the program would have memory twice"):
+    with pytest.raises(NsmapsError, match=message("exports.name-twice", name="memory")):
         nsmaps.export(SYSTEMS["soft"][0](), "julia", name="memory")
     assert nsmaps.export(SYSTEMS["soft"][0](), "julia", name="begins").count("function begins(") == 1

@@ -10,6 +10,7 @@ from pathlib import Path
 import exported
 import numpy as np
 import pytest
+from messages import message
 
 import nsmaps
 from nsmaps.coordinates import Angle
@@ -227,7 +228,7 @@ def test_coordinates_and_maps_with_words_of_languages(tmp_path, words):
         found = subprocess.run(["node", "-e", script], cwd=tmp_path, check=True, capture_output=True, text=True)
         assert np.array(json.loads(found.stdout)) == pytest.approx(states / 2, rel=1e-14)
     for name in ("TWO_PI", "polynomials", "regions", "lambda"):
-        with pytest.raises(nsmaps.NsmapsError, match=rf"'{name}'; expected: .* such as '{name}_'"):
+        with pytest.raises(nsmaps.NsmapsError, match=message("exports.name", name=name, near=f"{name}_")):
             nsmaps.export(result, "python", name=name)
-    with pytest.raises(nsmaps.NsmapsError, match="such as 'gamma_'"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("exports.name", near="gamma_")):
         nsmaps.export(result, "c", name="gamma")

@@ -12,6 +12,7 @@ import exported
 import numpy as np
 import pytest
 import systems
+from messages import message
 from typer.testing import CliRunner
 
 import nsmaps
@@ -50,17 +51,17 @@ def test_one_file_is_its_text_and_several_are_texts_by_name(tmp_path):
 
 def test_errors_name_what_is_accepted():
     plane = exported.random_map([[0.5, 1.0], [0.1, 0.9]])
-    with pytest.raises(NsmapsError, match=r"the language 'pyton', did you mean 'python'."):
+    with pytest.raises(NsmapsError, match=message("errors.no-near", kind="language", name="pyton", near="python")):
         nsmaps.export(plane, "pyton")
-    with pytest.raises(NsmapsError, match="a dict cannot be exported"):
+    with pytest.raises(NsmapsError, match=message("exports.class", result="dict")):
         nsmaps.export({}, "c")
-    with pytest.raises(NsmapsError, match="BouncingBall as 'matlab': its map is implicit"):
+    with pytest.raises(NsmapsError, match=message("exports.implicit", system="BouncingBall", language="matlab")):
         nsmaps.export(systems.BouncingBall(a=0.3), "matlab")
-    with pytest.raises(NsmapsError, match=r"the coefficients have symbols: b_0, .*expected: numbers, as by at"):
+    with pytest.raises(NsmapsError, match=message("exports.symbols")):
         nsmaps.export(second_iterate(PolynomialFit(degrees={"v": 3, "phi": 2})), "c")
-    with pytest.raises(NsmapsError, match="the map has no piece"):
+    with pytest.raises(NsmapsError, match=message("exports.no-piece")):
         nsmaps.export(CompositeMap(exported.NAMES, ("B",), ()), "matlab")
-    with pytest.raises(NsmapsError, match="the coefficients have symbols: b_0, b_1"):
+    with pytest.raises(NsmapsError, match=message("exports.symbols", symbols="b_0, b_1")):
         nsmaps.export(nsmaps.symbolic.symbolic_iterate(PolynomialFit(degrees={"x": 1}), 2, coordinates=("x",)), "c")
 
 
@@ -132,7 +133,7 @@ def test_a_result_is_all_its_maps_and_closed_envelopes():
     assert namespace["first_v_upper"]([[0.7]])[0, 0] == pytest.approx(expected, abs=1e-15)
     nothing = SimpleNamespace(**{**vars(result), "composite": None, "parametric_map": None, "second_iterate": None})
     nothing.study = SimpleNamespace(name="nothing", title="", domains=[])
-    with pytest.raises(NsmapsError, match="nothing that can be written as 'matlab'"):
+    with pytest.raises(NsmapsError, match=message("exports.nothing", language="matlab")):
         nsmaps.export(nothing, "matlab")
     assert sorted(nsmaps.export(nothing, "c")) == ["bouncingball.c", "bouncingball.h"]
 
@@ -188,7 +189,7 @@ def test_the_command_writes_the_iterate_of_a_piece(run, tmp_path):
     for more, why in (
         (["--to", "c", "--iterate", "2", "--piece", "al"], "al"),
         (["--to", "c", "--piece", "all"], "expected: --iterate N --piece all"),
-        (["--to", "d", "--iterate", "2"], "the language 'd'"),
+        (["--to", "d", "--iterate", "2"], "no language 'd'"),
     ):
         answer = CliRunner().invoke(app, ["export", str(run), *more])
         assert answer.exit_code == 2
@@ -254,9 +255,9 @@ def test_a_name_is_that_of_file_and_function(language, tmp_path):
 
 def test_a_name_that_is_none_is_refused():
     for name in ("two words", "2nd", "while", "require", ""):
-        with pytest.raises(NsmapsError, match=r"the name .*; expected: letters, digits and _, but no word of a language"):
+        with pytest.raises(NsmapsError, match=message("exports.name")):
             nsmaps.export(exported.line(), "c", name=name)
-    with pytest.raises(NsmapsError, match="for all that a result holds"):
+    with pytest.raises(NsmapsError, match=message("exports.name-of-all")):
         nsmaps.export(a_result(), "c", name="mine")
 
 
@@ -277,7 +278,7 @@ def test_the_call_explains_itself():
 def test_bad_commands_end_with_two(run, tmp_path):
     answer = CliRunner().invoke(app, ["export", str(run), "--to", "fortran"])
     assert answer.exit_code == 2
-    assert "the language 'fortran'; expected: latex, python, c, julia, matlab, javascript, json" in answer.output
+    assert "no language 'fortran'; expected: latex, python, c, julia, matlab, javascript, json" in answer.output
     answer = CliRunner().invoke(app, ["export", str(tmp_path), "--to", "c"])
     assert answer.exit_code == 2
     assert "contains no result.json" in answer.output

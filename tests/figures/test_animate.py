@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.animation import FFMpegWriter
+from messages import message
 from PIL import Image, ImageSequence
 from typer.testing import CliRunner
 
@@ -65,19 +66,22 @@ def test_the_second_orbit_is_shown_where_it_is_asked_for(result):
     film.show(0)
     lines = {line.get_label(): line for line in film.figure.axes[0].lines}
     assert lines["state"].get_xydata()[0, 0] == result.orbits[1].composite.states[0, 0]
-    with pytest.raises(NsmapsError, match="no orbit 3; the result has 2"):
+    with pytest.raises(NsmapsError, match=message("figures.no-orbit", number=3, count=2)):
         FILMS["cobweb"](result, 2, 3)
 
 
 def test_what_is_not_there_is_said(result, tmp_path, monkeypatch):
-    with pytest.raises(NsmapsError, match="no animation 'cobwep', did you mean 'cobweb'"):
+    with pytest.raises(NsmapsError, match=message("errors.no-near", kind="animation", name="cobwep", near="cobweb")):
         animate(result, "cobwep", tmp_path)
-    with pytest.raises(NsmapsError, match="no format 'mp3', did you mean 'mp4'"):
+    with pytest.raises(NsmapsError, match=message("errors.no-near", kind="format", name="mp3", near="mp4")):
         animate(result, "cobweb", tmp_path, "mp3")
-    with pytest.raises(NsmapsError, match=r"'cobweb' .* name 'composite' or a 'partition' of kind closed_form in the study"):
+    with pytest.raises(
+        NsmapsError,
+        match=message("study.not-in-result", figure="cobweb", sections="'composite' or a 'partition' of kind closed_form"),
+    ):
         animate(result.with_parts({"composite": None}), "cobweb", tmp_path)
     monkeypatch.setattr(FFMpegWriter, "isAvailable", classmethod(lambda cls: False))
-    with pytest.raises(NsmapsError, match="the program ffmpeg, which is not on the path"):
+    with pytest.raises(NsmapsError, match=message("study.no-ffmpeg")):
         animate(result, "cobweb", tmp_path, "mp4")
     assert list(tmp_path.iterdir()) == []
 
@@ -96,7 +100,7 @@ def test_an_ffmpeg_that_fails_is_told(result, tmp_path, monkeypatch):
     program.write_text("#!/bin/sh\ncat > /dev/null\nexit 3\n")
     program.chmod(0o755)
     monkeypatch.setenv("PATH", str(program.parent), prepend=os.pathsep)
-    with pytest.raises(NsmapsError, match="no mp4 was written: ffmpeg ended with exit code 3"):
+    with pytest.raises(NsmapsError, match=message("study.ffmpeg-failed", format="mp4", number=3)):
         animate(result, "cobweb", tmp_path / "films", "mp4", frames=2, dpi=30)
     assert list((tmp_path / "films").iterdir()) == []
 

@@ -8,6 +8,7 @@ import pytest
 from figures.conftest import COORDINATES, panel, through
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
+from messages import message
 
 from nsmaps.auxiliary.attracting_domain import attracting_domain
 from nsmaps.errors import NsmapsError
@@ -153,7 +154,7 @@ def test_an_update_that_is_not_trapped_shows_no_domain(result, ax):
 
 
 def test_envelopes_of_an_update_that_was_not_made(result, ax):
-    with pytest.raises(NsmapsError, match="no update at position 9; the domain has 5"):
+    with pytest.raises(NsmapsError, match=message("figures.no-update", number=9, count=5)):
         envelopes(result.domains["fitted"], ax, update=9)
 
 
@@ -182,7 +183,7 @@ def test_second_iterate_polynomial_is_of_its_own_coordinate_only(result, ax):
 
 
 def test_a_coordinate_that_is_not_there(result, ax):
-    with pytest.raises(NsmapsError, match="no coordinate 'w'"):
+    with pytest.raises(NsmapsError, match=message("errors.no", kind="coordinate", name="w")):
         panel(cobweb, result, ax, coordinate="w")
 
 
@@ -273,7 +274,9 @@ def test_a_domain_without_values_is_an_error_that_says_why(result, name):
         replace(each, lower=np.full_like(each.x, np.nan), upper=np.full_like(each.x, np.nan)) for each in first.envelopes
     )
     empty = replace(loose, updates=(replace(first, envelopes=none),), reason="update 1: some states of the box have no image")
-    with pytest.raises(NsmapsError, match=r"no auxiliary map has a value .domain 'empty': update 1: some states"):
+    with pytest.raises(
+        NsmapsError, match=message("study.no-auxiliary-map", domain="empty", why="update 1: some states of the box have no image")
+    ):
         CATALOGUE[name].sheets(result.with_parts({"domains": {"empty": empty}}))
     assert len(CATALOGUE[name].sheets(result.with_parts({"domains": {"empty": empty, "loose": loose}}))) == 1
 

@@ -8,6 +8,7 @@ import pytest
 from figures.conftest import COORDINATES, WALLS
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.markers import TICKUP
+from messages import message
 from systems import Logistic
 
 import nsmaps
@@ -246,7 +247,7 @@ def test_colours_by_density_or_an_unknown_name(ax):
     made = diagram(["2:1/T"] * 5)
     bifurcation_diagram(made, ax, by="density")
     assert ax.get_legend() is None
-    with pytest.raises(NsmapsError, match="by 'words'"):
+    with pytest.raises(NsmapsError, match=message("figures.colours", name="words")):
         bifurcation_diagram(made, ax, by="words")
 
 

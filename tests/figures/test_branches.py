@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from messages import message
 from nsmaps_border_collision import BorderCollision
 
 import nsmaps
@@ -65,7 +66,7 @@ def test_motions_in_a_small_part_of_the_range_are_enlarged_in_a_second_row(pair)
         assert corners == pytest.approx(np.column_stack([below.get_xlim(), below.get_ylim()]))
         path = two.points[:, int(np.ptp(two.points[..., i], axis=0).argmax()), i]
         assert corners[0, 1] < path.min() < path.max() < corners[1, 1]
-    with pytest.raises(NsmapsError, match="no branch takes less than"):
+    with pytest.raises(NsmapsError, match=message("figures.no-narrow-branch")):
         enlarged(one, figure.axes[0])
 
 
@@ -96,7 +97,7 @@ def test_an_unstable_branch_of_two_orbits_is_drawn(pair, ax):
 
 
 def test_nothing_to_draw_is_an_error(ax):
-    with pytest.raises(NsmapsError, match="no branch with orbits"):
+    with pytest.raises(NsmapsError, match=message("figures.no-branch")):
         branches([], ax)
 
 

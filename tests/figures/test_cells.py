@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from messages import message
 
 import nsmaps
 from nsmaps.errors import NsmapsError
@@ -45,7 +46,7 @@ def test_components_have_their_colours_and_cells(result, ax):
 def test_cells_out_of_a_plane_are_refused():
     for names in (("x",), ("x", "y", "z")):
         cover = nsmaps.cells.morse_sets(Half(names), [[-1.0, 1.0]] * len(names), depth=1, n_cells=2)
-        with pytest.raises(NsmapsError, match=f"cells in {len(names)} coordinates have no picture"):
+        with pytest.raises(NsmapsError, match=message("figures.cells-in-space", number=len(names))):
             cover.plot()
 
 

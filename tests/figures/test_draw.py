@@ -14,6 +14,7 @@ from figures.conftest import STORED as STORED_RUNS
 from matplotlib.axis import Axis
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
+from messages import message
 from nsmaps_vi_pair import VIPair
 from typer.testing import CliRunner
 
@@ -151,7 +152,7 @@ def test_panels_have_the_letters_that_are_given(result, tmp_path):
     for path in draw(result, ["cobweb", "slices"], tmp_path, ["svg"], letters=letters):
         told = re.findall(r">\(([a-z]+)\)<", path.read_text(encoding="utf-8"))
         assert "".join(told) == {"cobweb": "ab", "cobweb-2": "cd", "slices": "ab"}[path.stem]
-    with pytest.raises(NsmapsError, match="'cobweb' has 2 panels, its letters are 'abc'"):
+    with pytest.raises(NsmapsError, match=message("study.letters", figure="cobweb", number=2, letters="abc")):
         draw(result, ["cobweb"], tmp_path, letters={"cobweb": "abc"})
 
 
@@ -172,7 +173,7 @@ def test_what_a_stored_run_lacks_is_an_error_of_the_catalogue(stored, run):
     drawable = set(STORED[run].split()) | NEEDLESS
     for name, row in CATALOGUE.items():
         if name not in drawable:
-            with pytest.raises(NsmapsError, match=f"the figure '{name}' "):
+            with pytest.raises(NsmapsError, match=message("study.not-in-result", figure=name)):
                 row.sheets(stored[run])
 
 
@@ -183,15 +184,15 @@ def test_every_name_of_the_list_has_its_missing_data_tested():
 @pytest.mark.parametrize("name", MISSING)
 def test_missing_data_names_what_the_study_must_name_and_writes_nothing(result, tmp_path, name):
     part, nothing, section = MISSING[name]
-    with pytest.raises(NsmapsError, match=f"figure '{name}' .* name {section} in the study"):
+    with pytest.raises(NsmapsError, match=message("study.not-in-result", figure=name, sections=section)):
         draw(result.with_parts({part: nothing}), [name], tmp_path / "figures")
     assert not (tmp_path / "figures").exists()
 
 
 def test_a_figure_that_is_not_there(result, tmp_path):
-    with pytest.raises(NsmapsError, match="no figure 'cobwep', did you mean 'cobweb'"):
+    with pytest.raises(NsmapsError, match=message("errors.no-near", kind="figure", name="cobwep", near="cobweb")):
         draw(result, ["cobwep"], tmp_path)
-    with pytest.raises(NsmapsError, match="no format 'pgn', did you mean 'png'"):
+    with pytest.raises(NsmapsError, match=message("errors.no-near", kind="format", name="pgn", near="png")):
         draw(result, ["words"], tmp_path, formats=["pgn"])
 
 
@@ -213,7 +214,7 @@ class Three(VIPair):
 
 
 def test_pictures_of_the_plane_need_two_coordinates(result, tmp_path):
-    with pytest.raises(NsmapsError, match=r"the figure 'projections' is a picture of a plane and the system has 3 coordinates"):
+    with pytest.raises(NsmapsError, match=message("study.plane", figure="projections", number=3)):
         draw(replace(result, system=Three(**result.system.parameters)), ["projections"], tmp_path)
 
 
@@ -239,7 +240,7 @@ def test_a_plane_through_four_coordinates_is_drawn(tmp_path):
 def test_a_grid_of_three_directions_is_no_plane(tmp_path):
     (tmp_path / "plane.yaml").write_text(PLANE.replace("HELD", "{from: 0, to: 0.1, points: 2}"))
     made = nsmaps.run_study(nsmaps.load_study(tmp_path / "plane.yaml"))
-    with pytest.raises(NsmapsError, match="the grid varies along v, v2, phi"):
+    with pytest.raises(NsmapsError, match=message("exact.varies", names="v, v2, phi")):
         draw(made, ["words"], tmp_path)
 
 

@@ -7,6 +7,7 @@ import pytest
 from figures.conftest import SECTIONS, panel, study_of
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_rgba
+from messages import message
 
 import nsmaps
 from nsmaps.errors import NsmapsError
@@ -66,9 +67,9 @@ def test_the_diagonal_has_rows_for_the_values_that_the_study_names(result):
     study = study_of(diagonal={**section, "shown": [0.1, 0.3, 0.3 - 0.2 / 3]})
     (sheet,) = CATALOGUE["diagonal"].sheets(replace(result, study=study))
     assert [panel.keywords["value"] for panel in sheet.panels[::2]] == [3, 0, 1]
-    with pytest.raises(ValueError, match=r"'shown' has 0\.2, which the sweep lacks"):
+    with pytest.raises(ValueError, match=message("study.not-swept", name="shown", value=0.2)):
         study_of(diagonal={**section, "shown": [0.2]})
-    with pytest.raises(ValueError, match=r"'shown' has 0\.3, which the sweep lacks"):
+    with pytest.raises(ValueError, match=message("study.not-swept", name="shown", value=0.3)):
         study_of(diagonal={"family": "BTB", "delta": 1.2, "shown": [0.3]})
 
 
@@ -210,21 +211,24 @@ def test_separable_has_planes_above_surfaces(result):
 
 def test_no_fit_to_show_is_an_error_that_names_one(result, ax):
     bare = (replace(result.near[0], maps={}),)
-    with pytest.raises(NsmapsError, match="name 'orders' in 'diagonal' in the study"):
+    with pytest.raises(NsmapsError, match=message("study.not-in-result", figure="orders", sections="'orders' in 'diagonal'")):
         CATALOGUE["orders"].sheets(result.with_parts({"near": bare}))
     study = study_of(composite=SECTIONS["composite"][:1])
-    with pytest.raises(NsmapsError, match="name a piece of 'composite' with a 'separable' fit in the study"):
+    with pytest.raises(
+        NsmapsError,
+        match=message("study.not-in-result", figure="separable", sections="a piece of 'composite' with a 'separable' fit"),
+    ):
         CATALOGUE["separable"].sheets(replace(result, study=study))
 
 
 def test_no_state_near_the_diagonals_is_an_error_that_says_so(result, ax):
     surface = result.near[0].surface
     none = (replace(result.near[0], surface=surface.restrict(np.zeros(len(surface.start), bool)), maps={}),)
-    with pytest.raises(NsmapsError, match="no state is near the diagonals"):
+    with pytest.raises(NsmapsError, match=message("figures.nothing-near-diagonals")):
         CATALOGUE["orders"].sheets(result.with_parts({"near": none}))
 
 
 def test_a_run_that_kept_no_images_says_so(result, ax):
     older = replace(result.diagonal, images=())
-    with pytest.raises(NsmapsError, match="the region near the diagonals with its images, which the result lacks"):
+    with pytest.raises(NsmapsError, match=message("study.not-in-result", what="the region near the diagonals with its images")):
         panel(diagonal, result.with_parts({"diagonal": older}), ax)

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from messages import message
 
 from nsmaps import load_system, staircase
 from nsmaps.dynamics.attractors.coexistence import Coexistence
@@ -55,7 +56,7 @@ def test_a_curve_stands_in_the_plane_of_its_parameters(ax):
     found.plot(ax)
     assert np.array_equal(ax.lines[-1].get_xydata(), places)
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$", "$r$")
-    with pytest.raises(NsmapsError, match="no orbits: lost"):
+    with pytest.raises(NsmapsError, match=message("figures.curve-without-orbits", why="lost")):
         BifurcationCurve.empty("fold", "lost").plot()
 
 

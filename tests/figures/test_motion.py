@@ -9,6 +9,7 @@ from figures.conftest import COORDINATES, WALLS, panel, study_of
 from matplotlib import rc_context
 from matplotlib.colors import to_rgba
 from matplotlib.patches import FancyBboxPatch
+from messages import message
 
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returns import Returns
@@ -141,7 +142,7 @@ def test_every_system_of_the_project_has_a_sketch(result, ax, name):
 
 
 def test_a_system_without_a_sketch_says_so(result, ax):
-    with pytest.raises(NsmapsError, match=r"no package offers a sketch of the system 'mine\.py:Mine'"):
+    with pytest.raises(NsmapsError, match=message("plugins.no-sketch", system="mine.py:Mine")):
         panel(sketch, replace(result, study=study_of(system="mine.py:Mine")), ax)
 
 

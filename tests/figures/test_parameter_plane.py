@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_hex
+from messages import message
 
 import nsmaps
 from nsmaps.dynamics.curves.curve import BifurcationCurve
@@ -81,7 +82,7 @@ def test_what_coexists_and_what_is_refused_are_hatched(ax):
 def test_the_colours_may_be_by_periods_of_the_forcing(ax):
     parameter_plane(made(), ax, by="turns")
     assert colours(ax)[1] == to_hex(COLOURS[3])
-    with pytest.raises(NsmapsError, match="no observable or quantifier 'words'"):
+    with pytest.raises(NsmapsError, match=message("figures.colours-of-plane", name="words")):
         parameter_plane(made(), ax, by="words")
 
 
@@ -251,7 +252,7 @@ def test_means_are_shown_by_name(ax):
     mean(replace(made(), units={"loss": "J"}), ax, "loss")
     assert [each.get_ylabel() for each in ax.figure.axes if each is not ax] == ["loss (J)"]
     assert np.allclose(ax.collections[0].get_array().reshape(2, 3).filled(-1), np.where(MOTION < 0, -1, MOTION + 0.5))
-    with pytest.raises(NsmapsError, match="no observable or quantifier 'gain'"):
+    with pytest.raises(NsmapsError, match=message("figures.colours-of-plane", name="gain")):
         mean(made(), ax, "gain")
 
 

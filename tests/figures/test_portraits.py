@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from matplotlib.image import AxesImage
+from messages import message
 
 from nsmaps import continue_branch, load_system, periodic_orbit, track
 from nsmaps.coordinates import Angle, Coordinates
@@ -58,7 +59,7 @@ def test_a_map_without_motions_shows_its_states(ax):
     assert found.tracks == (None,)
     over_time(found, ax)
     assert ax.lines[0].get_ydata().tolist() == [1.0, -0.5, 1.0, -0.5, 1.0]
-    with pytest.raises(NsmapsError, match="there is no attractor"):
+    with pytest.raises(NsmapsError, match=message("dynamics.no-attractor-to-show")):
         phase_portrait(tent, [])
 
 
@@ -87,9 +88,9 @@ def test_the_coefficient_of_a_square_root_is_found():
 
 
 def test_states_of_one_word_and_jumps_have_no_graze():
-    with pytest.raises(NsmapsError, match="both states have the word R"):
+    with pytest.raises(NsmapsError, match=message("dynamics.same-word", word="R")):
         graze(load_system("square_root", a=0.5, mu=0.1), [0.1], [0.2])
-    with pytest.raises(NsmapsError, match="no square root beside the change of words"):
+    with pytest.raises(NsmapsError, match=message("dynamics.no-square-root")):
         graze(load_system("border_collision_1", a_L=0.4, a_R=-1.5), [-0.1], [0.2])
 
 

@@ -9,6 +9,7 @@ from figures.conftest import GRID, panel, regions_of
 from matplotlib.collections import LineCollection, PathCollection, QuadMesh, TriMesh
 from matplotlib.colors import to_rgba
 from matplotlib.patches import Rectangle
+from messages import message
 from sheets import Analytic, surface_of
 
 from nsmaps.coordinates import Angle
@@ -177,7 +178,7 @@ def test_surfaces_have_every_member_at_its_image_and_end_at_the_edge(result, ax3
 
 
 def test_surfaces_say_that_they_need_three_dimensions(result, ax):
-    with pytest.raises(NsmapsError, match="the axes of the figure"):
+    with pytest.raises(NsmapsError, match=message("figures.flat-axes")):
         panel(surfaces, result, ax)
 
 

@@ -10,6 +10,7 @@ import pytest
 from matplotlib import rc_context
 from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
+from messages import message
 from nsmaps_vi_pair import VIPair
 
 from nsmaps import load_system
@@ -111,7 +112,7 @@ def test_a_journal_has_units_and_titles_in_the_caption(result, tmp_path):
     assert "STIXGeneral" in path.read_text()
     assert "$v_{k}$ in m/s." in caption.read_text().splitlines()
     assert any(line.startswith("(a) update 1") for line in caption.read_text().splitlines())
-    with pytest.raises(NsmapsError, match="expected: journal"):
+    with pytest.raises(NsmapsError, match=message("figures.style")):
         draw(result, ["envelopes"], tmp_path, style="siam")
 
 

@@ -4,6 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+from messages import message
 
 import nsmaps
 from nsmaps.auxiliary.attracting_domain import attracting_domain
@@ -361,7 +362,7 @@ def test_the_full_auxiliary_map_is_kept_with_a_run(tmp_path):
     assert back.auxiliary_map.regions[0].box == pytest.approx(made.domains["composite"].boxes[1])
     assert back.auxiliary_exits.table() == made.auxiliary_exits.table()
     (tmp_path / "s.yaml").write_text(f"{text}{domain}{section}".replace("update: 2, box", "update: 3, box"))
-    with pytest.raises(StudyError, match="update is 3, and domain 'composite' has 2"):
+    with pytest.raises(StudyError, match=message("study.no-update", number=3, domain="composite", count=2)):
         nsmaps.run_study(tmp_path / "s.yaml")
 
 

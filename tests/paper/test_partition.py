@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scipy.optimize
 import sympy as sp
+from messages import message
 
 import nsmaps
 from nsmaps import continue_branch, periodic_orbit
@@ -129,7 +130,7 @@ def test_orbits_of_the_parametric_map_arrive_where_the_exact_ones_do(pair, d, ne
 
 def test_beyond_the_papers_range_of_d_there_is_no_map():
     parametric = in_d().parametric_map
-    with pytest.raises(NsmapsError, match=r"d is 0.36; expected: d from 0.26 to 0.35"):
+    with pytest.raises(NsmapsError, match=message("reduced.outside-fitted", parameter="d", value=0.36, low=0.26, high=0.35)):
         parametric.at(0.36)
 
 

@@ -6,6 +6,7 @@ from fractions import Fraction
 import nsmaps_vi_pair.published as published
 import numpy as np
 import pytest
+from messages import message
 from nsmaps_vi_pair.published import REGIONS, published_map
 from scipy.optimize import fsolve
 
@@ -79,7 +80,7 @@ def test_the_data_are_complete():
     assert maps["R4"]["images"]["v"]["v**8"] == [-251148526, 3431234055, -17535685854, 39732483684, -33678323446]
     assert maps["R3"]["images"]["phi"]["1"] == -4.708e-05
     assert list(maps["R1"]["images"]["v"]) == ["1", "phi", "v", "phi**2", "phi*v", "v**2", "phi**2*v", "phi*v**2", "v**3"]
-    with pytest.raises(FitError, match="no printed map of 'R6'"):
+    with pytest.raises(FitError, match=message("errors.printed", name="R6")):
         published_map("R6", 0.3)
 
 

@@ -3,6 +3,7 @@
 import mpmath as mp
 import numpy as np
 import pytest
+from messages import message
 
 import nsmaps
 from nsmaps.errors import ParameterError
@@ -126,5 +127,5 @@ def test_rest_on_the_top_ends_where_the_acceleration_turns_away():
 
 
 def test_a_membrane_that_is_neither_is_an_error():
-    with pytest.raises(ParameterError, match="expected: B, T"):
+    with pytest.raises(ParameterError, match=message("errors.unknown", known="B, T")):
         at(0.35, base="L")

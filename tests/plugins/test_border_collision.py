@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from messages import message
 from nsmaps_border_collision import BorderCollision, BorderCollision1, BorderCollision3, Lozi, UnitTent, normal_form
 from piecewise_references import check_cycles, check_exponents, cyclic, number, numbers, rows, word_of
 
@@ -220,7 +221,7 @@ def test_a_normal_form_of_five_dimensions():
         assert np.poly(matrix) == pytest.approx([1, *side], abs=1e-14)
     assert vectors.tolist() == [[0.5, 0, 0, 0, 0]] * 2
     assert pickle.loads(pickle.dumps(form)) == form
-    with pytest.raises(SystemDefinitionError, match="the normal form in 0 dimensions"):
+    with pytest.raises(SystemDefinitionError, match=message("plugins.dimensions", number=0)):
         normal_form(0)
 
 

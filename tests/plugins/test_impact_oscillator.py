@@ -3,6 +3,7 @@
 import mpmath as mp
 import numpy as np
 import pytest
+from messages import message
 from nsmaps_impact_oscillator import ImpactOscillator
 from pydantic import ValidationError
 from scipy.integrate import solve_ivp
@@ -199,11 +200,11 @@ def test_the_map_is_infinitely_steep_at_grazing():
 @pytest.mark.parametrize(
     ("values", "why"),
     [
-        ({"zeta": 1.2}, "expected: damping: over"),
-        ({"zeta": 1}, "expected: damping: critical"),
-        ({"zeta": 0.3, "damping": "over"}, "expected: damping: under"),
-        ({"zeta": 0, "w": 1}, "is resonance"),
-        ({"zeta": -0.1}, "greater than or equal to 0"),
+        ({"zeta": 1.2}, message("plugins.damping", damping="over")),
+        ({"zeta": 1}, message("plugins.damping", damping="critical")),
+        ({"zeta": 0.3, "damping": "over"}, message("plugins.damping", damping="under")),
+        ({"zeta": 0, "w": 1}, message("plugins.resonance")),
+        ({"zeta": -0.1}, message("others.at-least")),
     ],
 )
 def test_what_is_refused(values, why):

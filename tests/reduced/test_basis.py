@@ -6,6 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
+from messages import message
 
 import nsmaps
 from nsmaps.coordinates import TWO_PI, Angle, Coordinates
@@ -316,7 +317,7 @@ def test_stored_to_the_bit(fitted):
 
 
 def test_what_needs_polynomials_says_so(fitted):
-    wanted = "the variables phi, exp.* has no closed iterates"
+    wanted = message("symbolic.variables")
     for call in (
         lambda: nsmaps.symbolic.symbolic_iterate(fitted, 2),
         lambda: nsmaps.symbolic.second_iterate(fitted, 0, 1),
@@ -325,13 +326,11 @@ def test_what_needs_polynomials_says_so(fitted):
         with pytest.raises(NsmapsError, match=wanted):
             call()
     for call in (lambda: fitted.monomials("v"), lambda: fitted.over([[0, 1], [0, 1]]), lambda: fitted.monomial_error("v")):
-        with pytest.raises(
-            FitError, match=r"is not a polynomial in v, phi: its terms are products of phi, .*expected: `symbolic`"
-        ):
+        with pytest.raises(FitError, match=message("reduced.not-a-polynomial", names="v, phi", factors="phi")):
             call()
-    with pytest.raises(NsmapsError, match="a Fourier has no closed iterates: it is not of monomials"):
+    with pytest.raises(NsmapsError, match=message("symbolic.fit", fit="Fourier")):
         nsmaps.symbolic.symbolic_iterate(Fourier(harmonics=1), 2)
-    with pytest.raises(FitError, match="the piece 'all' has other variables than the coordinates"):
+    with pytest.raises(FitError, match=message("reduced.other-variables", name="all")):
         parametric_map({0.1: whole(fitted), 0.2: whole(fitted)}, "d", (0.1, 0.2), 1)
 
 
@@ -358,13 +357,16 @@ class Bessel(Own):
 @pytest.mark.parametrize(
     ("fit", "why"),
     [
-        (Logarithm(), r"v': the variable log\(v - 1\) is NaN or infinite at \d+ of \d+ data points"),
-        (Words(), r"Words.basis for v' has 'sin\(phi\)', a str; expected: sympy expressions and numbers"),
-        (Elsewhere(), "a variable of Elsewhere: the name q is not a coordinate; expected: phi, v"),
-        (Bessel(), r"a variable of Bessel: besselj\(0, v\) has the function besselj"),
-        (Fourier(harmonics={"v": 1}), "harmonics: no coordinate 'v'; expected: phi"),
-        (Fourier(harmonics=1, degrees={"phi": 1}), "degrees: no coordinate 'phi'; expected: v"),
-        (Fourier(harmonics=12), "100 data points distinguish only 20 of 25"),
+        (Logarithm(), message("reduced.lost-variable", formula="log(v - 1)", at="v'")),
+        (Words(), message("reduced.not-expressions", fit="Words", name="v", formula="sin(phi)", type="str")),
+        (Elsewhere(), message("reduced.not-a-coordinate", name="q", names="phi, v", at="a variable of Elsewhere")),
+        (Bessel(), message("reduced.function", formula="besselj(0, v)", function="besselj", at="a variable of Bessel")),
+        (Fourier(harmonics={"v": 1}), message("errors.no", kind="coordinate", name="v", known="phi", at="harmonics")),
+        (
+            Fourier(harmonics=1, degrees={"phi": 1}),
+            message("errors.no", kind="coordinate", name="phi", known="v", at="degrees"),
+        ),
+        (Fourier(harmonics=12), message("reduced.rank", points=100, rank=20, terms=25)),
     ],
 )
 def test_fits_that_cannot_be(fit, why):
@@ -374,7 +376,7 @@ def test_fits_that_cannot_be(fit, why):
 
 
 def test_harmonics_need_an_angle():
-    with pytest.raises(FitError, match="none of x is an angle"):
+    with pytest.raises(FitError, match=message("reduced.no-angle", names="x")):
         Fourier(harmonics=1).fit(surface_of(("x",), lambda x: x, [Axis(low=0, high=1, points=5)]))
 
 

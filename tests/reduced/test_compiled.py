@@ -10,6 +10,7 @@ import sympy as sp
 from exported import Disc
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from messages import message
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
@@ -225,7 +226,7 @@ def test_a_region_of_a_class_is_compiled_by_its_condition() -> None:
     assert np.array_equal(found == 0, disc.contains(states))
     assert np.array_equal(found, return_map.piece_once(states))
     assert return_map.orbits(states, 3).outcome.shape == (12000,)
-    with pytest.raises(ConditionError, match=r"the region Unknown: .* has the function gamma"):
+    with pytest.raises(ConditionError, match=message("reduced.function", function="gamma", at="the region Unknown")):
         CompositeMap(NAMES, ("B",), (Piece("x", Unknown(coordinates=NAMES), pieces[0].map),)).piece_of(states)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import sheets
 import sympy as sp
+from messages import message
 from sheets import NAMES, TWO_PI
 
 from nsmaps.dynamics.continuation.follow import continue_branch, doublings_of
@@ -86,9 +87,9 @@ def test_data_on_one_line_at_every_value():
 def test_outside_of_its_values_there_is_no_map():
     parametric = made(smooth)
     for value in (0.2599, 0.3501, np.nan):
-        with pytest.raises(NsmapsError, match=r"d is .*; expected: d from 0.26 to 0.35, where the map was fitted"):
+        with pytest.raises(NsmapsError, match=message("reduced.outside-fitted", parameter="d", low=0.26, high=0.35)):
             parametric.at(value)
-    with pytest.raises(NsmapsError, match="no piece 'lo', did you mean 'low'"):
+    with pytest.raises(NsmapsError, match=message("errors.no-near", kind="piece", name="lo", near="low")):
         parametric.piece("lo")
 
 
@@ -185,18 +186,18 @@ def test_images_have_orders_of_their_own():
 
 
 def test_what_is_refused():
-    for orders, message in (
-        ({"lo": 2}, "no piece 'lo', did you mean 'low'"),
-        ({"low": {"ph": 2}}, "the degree of 'ph', did you mean 'phi'. in the piece 'low'; expected: v, phi"),
-        ({"low": {"phi": 5}}, "degree 5 of 'a' from 5 values; expected: at least 6 values"),
+    for orders, said in (
+        ({"lo": 2}, message("errors.no-near", kind="piece", name="lo", near="low")),
+        ({"low": {"ph": 2}}, message("reduced.degree-of", name="ph", near="phi", piece="low", names="v, phi")),
+        ({"low": {"phi": 5}}, message("reduced.degree", degree=5, parameter="a", number=5, least=6)),
     ):
-        with pytest.raises(NsmapsError, match=message):
+        with pytest.raises(NsmapsError, match=said):
             quadratics(orders)
-    with pytest.raises(FitError, match="degree 7 of 'd' from 7 values"):
+    with pytest.raises(FitError, match=message("reduced.degree", degree=7, parameter="d", number=7)):
         made(smooth, 7)
     one, _ = composite(smooth, 0.3)
     other = build_composite(NAMES, ("B",), {}, PIECES[:1])
-    with pytest.raises(FitError, match="different pieces"):
+    with pytest.raises(FitError, match=message("reduced.different-pieces")):
         parametric_map({0.3: one, 0.31: other}, "d", (LOW, HIGH), 1)
 
 

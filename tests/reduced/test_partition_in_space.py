@@ -5,6 +5,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from messages import message
 from nsmaps_recoil_pair import RecoilPair
 
 from nsmaps import Axis, Grid, orbit, partition
@@ -121,7 +122,7 @@ def test_states_below_a_coordinate_that_may_be_negative_are_reset():
 
 def test_strips_are_for_two_coordinates():
     grid = Grid(axes={name: Axis(low=low, high=high, points=5) for name, (low, high) in BOX.items()})
-    with pytest.raises(NsmapsError, match="accurate kind divides a plane"):
+    with pytest.raises(NsmapsError, match=message("reduced.plane-of-pieces")):
         partition(Known(), grid, Partition(tolerance=1e-3, kind="accurate"))
 
 

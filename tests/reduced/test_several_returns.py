@@ -1,12 +1,12 @@
 """Pieces whose image is that of several returns, on a tent map with the words BB and BTB, known in closed form."""
 
 import functools
-import re
 from dataclasses import dataclass
 from math import log
 
 import numpy as np
 import pytest
+from messages import message
 
 import nsmaps
 from nsmaps.auxiliary.attracting_domain import attracting_domain
@@ -140,7 +140,7 @@ def test_diagrams_count_returns_and_windows_end_where_they_do():
 
 def test_members_of_different_numbers_of_returns_are_refused():
     found = surfaces(Tent(), GRID, families("B+TB"))
-    with pytest.raises(FitError, match=re.escape("different numbers of returns (28 of 1, 23 of 2); expected: one number")):
+    with pytest.raises(FitError, match=message("reduced.mixed-returns", family="B+TB", numbers="28 of 1, 23 of 2")):
         build_composite(("x",), WALLS, found, [piece("R", "x <= 2", "B+TB")])
     made = build_composite(("x",), WALLS, found, [piece("R1", "x > 0", "B+TB"), piece("R2", "x <= 0", "B+TB")])
     assert [each.returns for each in made.pieces] == [1, 2]

@@ -3,6 +3,7 @@
 import mpmath
 import numpy as np
 import pytest
+from messages import message
 from systems import BouncingBall, Oscillator
 
 from nsmaps import orbit
@@ -208,14 +209,14 @@ def test_one_leaf_may_do(pair):
 @pytest.mark.parametrize(
     ("speeds", "phases", "tolerance", "what"),
     [
-        ((0.1, 1.0), (0.0, 1.0), 0.0, "tolerance"),
-        ((0.1, 1.0), (0.0, 1.0), np.nan, "tolerance"),
-        ((0.1, 1.0), (0.0, 1.0), 1e-13, "tolerance"),
-        ((0.0, 1.0), (0.0, 1.0), 1e-3, "speeds"),
-        ((1.0, 0.1), (0.0, 1.0), 1e-3, "the box is v from 1.0 to 0.1"),
-        ((0.1, np.inf), (0.0, 1.0), 1e-3, "the box is v from 0.1 to inf"),
-        ((0.1, 1.0), (1.0, 1.0), 1e-3, "the box is phi from"),
-        ((0.1, 1.0), (0.0, 7.0), 1e-3, "the box is phi from .* an angle within a whole turn"),
+        ((0.1, 1.0), (0.0, 1.0), 0.0, message("reduced.tolerance", tolerance=0.0)),
+        ((0.1, 1.0), (0.0, 1.0), np.nan, message("errors.value", name="tolerance", value="nan")),
+        ((0.1, 1.0), (0.0, 1.0), 1e-13, message("reduced.tolerance", tolerance=1e-13)),
+        ((0.0, 1.0), (0.0, 1.0), 1e-3, message("reduced.speeds")),
+        ((1.0, 0.1), (0.0, 1.0), 1e-3, message("coordinates.box-with-angles", box="v from 1.0 to 0.1")),
+        ((0.1, np.inf), (0.0, 1.0), 1e-3, message("coordinates.box-with-angles", box="v from 0.1 to inf")),
+        ((0.1, 1.0), (1.0, 1.0), 1e-3, message("coordinates.box-with-angles")),
+        ((0.1, 1.0), (0.0, 7.0), 1e-3, message("coordinates.box-with-angles")),
     ],
 )
 def test_bad_boxes_are_refused(pair, speeds, phases, tolerance, what):

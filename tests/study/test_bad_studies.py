@@ -1,8 +1,10 @@
 """Every way in which a study can be wrong: one line with file, line, column, what is accepted, and a near match."""
 
+import re
 from pathlib import Path
 
 import pytest
+from messages import message
 from typer.testing import CliRunner
 
 from nsmaps import load_study, run_study
@@ -607,9 +609,9 @@ BAD = {
     ),
     "parametric with too few nodes": (
         "orbits:\n",
-        "parametric_map: {parameter: a, bounds: [0.2, 0.4], order: 3, n_nodes: 3}\norbits:\n",
+        "parametric_map: {parameter: a, bounds: [0.2, 0.4], degree: 3, n_nodes: 3}\norbits:\n",
         "{parameter: a",
-        "3 nodes for order 3; expected: more nodes than the order",
+        "3 nodes for degree 3; expected: more nodes than the degree",
     ),
     "empty region": ('"v <= 0.2"', '"v <= 0.001"', None, "slow"),
 }
@@ -625,7 +627,7 @@ def place(text: str, needle: str) -> str:
 def test_a_bad_study_is_told_in_one_line_and_nothing_is_written(kind: str, good: str, installed: Path) -> None:
     from nsmaps.plugins import system_names
 
-    said, says, needle, message = BAD[kind]
+    said, says, needle, told = BAD[kind]
     assert good.count(said) == 1
     text = good.replace(said, says)
     Path("bad.yaml").write_text(text)
@@ -635,9 +637,9 @@ def test_a_bad_study_is_told_in_one_line_and_nothing_is_written(kind: str, good:
     assert len(lines) == 1, lines
     if needle is None:
         assert lines[0].startswith("bad.yaml:")
-        assert message in lines[0]
+        assert told in lines[0]
     else:
-        assert lines[0] == f"bad.yaml:{place(text, needle)}: {message.replace('{systems}', ', '.join(system_names()))}"
+        assert lines[0] == f"bad.yaml:{place(text, needle)}: {told.replace('{systems}', ', '.join(system_names()))}"
     assert [path.name for path in installed.iterdir()] == ["bad.yaml"]
 
 
@@ -660,12 +662,13 @@ def test_every_complaint_has_its_line(good: str) -> None:
 def test_an_empty_region_names_the_line_of_its_piece(good: str) -> None:
     text = good.replace('"v <= 0.2"', '"v <= 0.001"')
     Path("bad.yaml").write_text(text)
-    with pytest.raises(StudyError, match=f"^bad.yaml:{place(text, 'name: slow')}: "):
+    said = message("study.no-data-of-family", name="slow", at=re.compile(f"^bad.yaml:{place(text, 'name: slow')}"))
+    with pytest.raises(StudyError, match=said):
         run_study("bad.yaml")
 
 
 @pytest.mark.parametrize(
-    ("name", "message"),
+    ("name", "said"),
     [
         ("ball/dorp", "no study 'ball/dorp', did you mean 'ball/drop'?; expected: the path of a YAML file, or one of {studies}"),
         ("ball", "no study 'ball', did you mean 'ball/drop'?; expected: the path of a YAML file, or one of {studies}"),
@@ -674,7 +677,7 @@ def test_an_empty_region_names_the_line_of_its_piece(good: str) -> None:
         ("here/", "here/ is a folder; expected: the path of a YAML file, or {listed}"),
     ],
 )
-def test_a_study_that_is_not_there(name: str, message: str) -> None:
+def test_a_study_that_is_not_there(name: str, said: str) -> None:
     from nsmaps.plugins import study_names
 
     Path("here").mkdir()
@@ -682,7 +685,7 @@ def test_a_study_that_is_not_there(name: str, message: str) -> None:
     assert answer.exit_code == 2
     beside = ", ".join(each for each in study_names() if each.startswith("ball/"))
     listed = "an installed study, which `nsmaps systems` lists"
-    assert answer.stderr.strip() == message.format(studies=beside, listed=listed)
+    assert answer.stderr.strip() == said.format(studies=beside, listed=listed)
 
 
 def test_a_live_page_may_be_of_a_system() -> None:
@@ -693,24 +696,28 @@ def test_a_live_page_may_be_of_a_system() -> None:
 
 def test_a_list_without_brackets(good: str) -> None:
     Path("one.yaml").write_text(good + "\nfigures: cobweb\n" if "figures:" not in good else good)
-    with pytest.raises(StudyError, match=r"one.yaml:\d+:\d+: figures is 'cobweb'"):
+    with pytest.raises(
+        StudyError, match=message("errors.value", name="figures", value="'cobweb'", at=re.compile(r"one.yaml:\d+:\d+"))
+    ):
         load_study("one.yaml")
 
 
 def test_a_study_of_no_system() -> None:
-    with pytest.raises(StudyError, match=r"no study 'bal/drop': no system 'bal' is installed, did you mean 'ball'"):
+    with pytest.raises(StudyError, match=message("study.no-study", study="bal/drop", system="bal", near="ball")):
         load_study("bal/drop")
 
 
 @pytest.mark.parametrize("text", ["", "- a\n- b\n", "just words\n"])
 def test_a_file_that_is_no_mapping(text: str) -> None:
     Path("bad.yaml").write_text(text)
-    with pytest.raises(StudyError, match=r"^bad.yaml:1:1: a study is a mapping of sections"):
+    with pytest.raises(StudyError, match=message("study.not-a-mapping", at=re.compile(r"^bad.yaml:1:1"))):
         load_study("bad.yaml")
 
 
 def test_a_study_made_in_python_names_the_section() -> None:
     from nsmaps import Study
 
-    with pytest.raises(StudyError, match=r"^mine: orbits\.0\.start: the coordinate 'phi' is missing"):
+    with pytest.raises(
+        StudyError, match=message("study.coordinate-missing", name="phi", at=re.compile(r"^mine: orbits\.0\.start"))
+    ):
         run_study(Study(name="mine", system="ball", parameters={"a": 1}, orbits=({"start": {"v": 1}, "n_returns": 2},)))

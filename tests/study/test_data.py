@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from messages import message
 
 import nsmaps
 
@@ -115,5 +116,5 @@ def test_axes_have_names() -> None:
 
 def test_without_xarray_the_error_says_what_to_install(system: nsmaps.ImpactSystem, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "xarray", None)
-    with pytest.raises(nsmaps.NsmapsError, match=r"^xarray is not installed"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("results.no-xarray")):
         system.first_return([[0.2, 0.1]]).to_xarray()

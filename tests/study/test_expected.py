@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from messages import message
 
 import nsmaps
 from nsmaps.study.conclusions.verdict import conclusion
@@ -75,10 +76,16 @@ def test_required_verdicts_and_other_parameters_are_not_excused() -> None:
     assert "xpected" not in conclusion(changed)
 
 
-@pytest.mark.parametrize("wrong", ["  [1]\n", "  domain flat: [1, 2]\n"])
-def test_what_it_shows_is_a_text(wrong: str) -> None:
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ("  [1]\n", message("study.not-keys", name="expected_failures", value="[1]")),
+        ("  domain flat: [1, 2]\n", message("study.not-a-text", name="domain flat", value="[1, 2]")),
+    ],
+)
+def test_what_it_shows_is_a_text(wrong: str, said: str) -> None:
     Path("s.yaml").write_text(STUDY.replace("REQUIRE", "") + wrong)
-    with pytest.raises(nsmaps.NsmapsError, match=r"s\.yaml:\d+:\d+: "):
+    with pytest.raises(nsmaps.NsmapsError, match=said):
         nsmaps.load_study("s.yaml")
 
 

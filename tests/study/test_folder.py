@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
+from messages import message
 from typer.testing import CliRunner
 
 import nsmaps
@@ -101,7 +102,7 @@ def test_a_record_that_no_run_wrote_is_not_replaced(record: str) -> None:
     Path("s.yaml").write_text(ORBIT)
     Path("out").mkdir()
     Path("out/result.json").write_text(record)
-    with pytest.raises(NsmapsError, match=r"result\.json exists, and no run wrote it"):
+    with pytest.raises(NsmapsError, match=message("study.no-run")):
         nsmaps.run_study("s.yaml", out="out")
     assert Path("out/result.json").read_text() == record
 

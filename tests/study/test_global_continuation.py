@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
+from messages import message
 
 import nsmaps
 from nsmaps.errors import NsmapsError
@@ -83,5 +84,5 @@ def test_dots_are_the_distances_and_an_arrow_is_beyond_the_kicks(result, found):
     (arrow,) = arrows
     assert (arrow.get_xdata().tolist(), arrow.get_ydata().tolist()) == ([found.values[-1]], [1.0])
     assert ax.get_yscale() == "log"
-    with pytest.raises(NsmapsError, match="expected: share, distance, return_time"):
+    with pytest.raises(NsmapsError, match=message("figures.quantity")):
         global_continuation(found, ax, "words")

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from messages import message
 
 import nsmaps
 from nsmaps.errors import NsmapsError, StudyError
@@ -103,25 +104,25 @@ def test_the_stable_manifold_is_the_boundary_of_the_basins():
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "message"),
+    ("old", "new", "said"),
     [
-        ("gap: 0.1", "gap: 0", "greater than 0"),
-        ("name: sink", "name: saddle", "saddle"),
-        ("gap: 0.1", "gap: 0.1\n  scale: {v: 1}", "the coordinate 'phi' is missing"),
-        ("gap: 0.1", "gap: 0.1\n  scale: {v: 0, phi: 1}", "greater than 0"),
-        ("v: 0.83, ", "", "the coordinate 'v' is missing"),
+        ("gap: 0.1", "gap: 0", message("errors.greater", name="gap", value=0.0, bound=0)),
+        ("name: sink", "name: saddle", message("study.given-twice", name="saddle")),
+        ("gap: 0.1", "gap: 0.1\n  scale: {v: 1}", message("study.coordinate-missing", name="phi")),
+        ("gap: 0.1", "gap: 0.1\n  scale: {v: 0, phi: 1}", message("errors.greater", name="v", value=0, bound=0)),
+        ("v: 0.83, ", "", message("study.coordinate-missing", name="v")),
     ],
 )
-def test_errors_name_the_entry(old, new, message, tmp_path):
+def test_errors_name_the_entry(old, new, said, tmp_path):
     text = (STORED / "study.yaml").read_text()
     assert old in text
     (tmp_path / "bad.yaml").write_text(text.replace(old, new))
-    with pytest.raises(StudyError, match=message):
+    with pytest.raises(StudyError, match=said):
         nsmaps.run_study(nsmaps.load_study(tmp_path / "bad.yaml"))
 
 
 def test_a_figure_of_no_manifold_says_why(result):
-    with pytest.raises(NsmapsError, match="the figure 'manifolds' has nothing to show: the orbit has the multipliers"):
+    with pytest.raises(NsmapsError, match=message("dynamics.no-saddle", at="the figure 'manifolds' has nothing to show")):
         CATALOGUE["manifolds"].sheets(result.with_parts({"manifolds": {"sink": ()}}))
 
 

@@ -1,7 +1,10 @@
 """Studies of maps given by formulas, and of maps in Python: what they have, and what is refused at its line."""
 
+import re
+
 import numpy as np
 import pytest
+from messages import message
 
 import nsmaps
 from nsmaps.errors import StudyError
@@ -93,28 +96,46 @@ def test_cells_in_a_study_of_a_map(study):
     assert found.morse_sets.contains(np.array([[1 / 1.2, 0.3 / 1.2]])).all()
 
 
+PLACE = r"study\.yaml:[34]:\d+"
+
+
 @pytest.mark.parametrize(
-    ("sections", "line"),
+    ("sections", "said"),
     [
         (
             "noise: {sigma: [0.1], tau: 0.1, start: {x: 0.1, y: 0.1}, modes: {a: [L]}}",
-            "tau = 0.1, of a Formula, which has no motion",
+            message("dynamics.no-motion-for-noise", tau=0.1, map="Formula", at=re.compile(PLACE)),
         ),
-        ("noise: {sigma: [0.1], scale: {z: 1}, start: {x: 0.1, y: 0.1}, modes: {a: [L]}}", "a scale of 'z', which is not a"),
-        ("noise: {sigma: [0.1], step: 0.1, start: {x: 0.1, y: 0.1}, modes: {a: [L]}}", "expected: with them tau"),
-        ("orbits: [{start: {x: 0.1, y: 0.1}, n_returns: 5, track: 5}]", "a trajectory of a"),
+        (
+            "noise: {sigma: [0.1], scale: {z: 1}, start: {x: 0.1, y: 0.1}, modes: {a: [L]}}",
+            message("dynamics.foreign-scale", name="z", at=re.compile(PLACE)),
+        ),
+        (
+            "noise: {sigma: [0.1], step: 0.1, start: {x: 0.1, y: 0.1}, modes: {a: [L]}}",
+            message("study.no-correlation-time", at=re.compile(PLACE)),
+        ),
+        (
+            "orbits: [{start: {x: 0.1, y: 0.1}, n_returns: 5, track: 5}]",
+            message("exact.no-motion", what="a trajectory", map="Formula", at=re.compile(PLACE)),
+        ),
         (
             "orbits: [{start: {x: 0.1, y: 0.1}, n_returns: 5}]\nobserve: {observables: [impacts]}",
-            "'impacts' is not an observable of Formula",
+            message("exact.observable", name="impacts", map="Formula", at=re.compile(PLACE)),
         ),
-        ("noise: {sigma: [0.1], start: {x: 0.1, y: 0.1}, modes: {a: [LR]}}", "the word 'LR' has several letters"),
-        ("families: {a: [L, LR]}", "the word 'LR' has several letters; expected: that of one piece: L, R"),
-        ("branches: [{name: a, parameter: a, bounds: [0, 2], start: {x: 0.1, y: 0.1}, chatter: true}]", "complete chatter of a"),
-        ("proof: {start: {x: 0.1, y: 0.1}, top: 1.0}", "'top' is of proofs about flights"),
+        (
+            "noise: {sigma: [0.1], start: {x: 0.1, y: 0.1}, modes: {a: [LR]}}",
+            message("study.not-one-letter", word="LR", at=re.compile(PLACE)),
+        ),
+        ("families: {a: [L, LR]}", message("study.not-one-letter", word="LR", letters="L, R", at=re.compile(PLACE))),
+        (
+            "branches: [{name: a, parameter: a, bounds: [0, 2], start: {x: 0.1, y: 0.1}, chatter: true}]",
+            message("exact.no-motion", what="complete chatter", map="Formula", at=re.compile(PLACE)),
+        ),
+        ("proof: {start: {x: 0.1, y: 0.1}, top: 1.0}", message("study.proof-of-flights", name="top", at=re.compile(PLACE))),
     ],
 )
-def test_what_a_map_lacks_is_refused_at_its_line(study, sections, line):
-    with pytest.raises(StudyError, match=rf"study.yaml:[34]:\d+: .*{line}"):
+def test_what_a_map_lacks_is_refused_at_its_line(study, sections, said):
+    with pytest.raises(StudyError, match=said):
         prepare(study("Formula", sections))
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from messages import message
 from nsmaps_recoil_pair import RecoilPair
 
 from nsmaps import Noise, load_study, noisy_orbits, read_result, run_study
@@ -82,5 +83,5 @@ def test_families_hold_words_of_every_letter_of_the_section():
 @pytest.mark.parametrize("word", ["KM", "M"])
 def test_words_that_are_no_returns_are_refused(word):
     Path("wrong.yaml").write_text(FAMILIES.replace("[MKMKM]", f"[{word}]"))
-    with pytest.raises(StudyError, match=rf"'{word}' is not a return; .* begin with a letter of the section, 'M' or 'P'"):
+    with pytest.raises(StudyError, match=message("study.not-a-return", word=word, letters="'M' or 'P'")):
         run_study(load_study("wrong.yaml"), out="wrong")

@@ -1,10 +1,12 @@
 """The section `observables` of a study: against the functions, in numbers, tables, captions and the figure."""
 
+import re
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from messages import message
 
 import nsmaps
 from nsmaps.errors import StudyError
@@ -76,29 +78,37 @@ def test_the_figure_has_the_means_and_their_branches(result: StudyResult) -> Non
 
 
 @pytest.mark.parametrize(
-    ("entry", "place", "message"),
+    ("entry", "place", "said"),
     [
-        ("{observables: [los]}", "los", "'los' is not an observable of VIPair, did you mean 'loss'?; expected: impacts"),
-        ("{observables: []}", "[]", "observables is []; expected: 1 entry or more"),
-        ("{observables: [{name: a, formula: v*q}]}", "q}", "unknown name 'q'; expected: d, r, g_bar, phi, t, v, v_after, place"),
-        ('{observables: [{name: a, formula: v, per: "1 +"}]}', "+", "cannot be read"),
-        ("{observables: [{name: a, formula: v, at: X}]}", "X", "is of an impact at 'X'; expected: B, T"),
-        ("{observables: [{name: a, formul: v}]}", "formul: v", "unknown key 'formul'"),
-        ("{observables: [loss, loss]}", "{", "two observables are named 'loss'"),
-        ("{observables: [loss], n_returns: 0}", "0", "n_returns is 0"),
+        ("{observables: [los]}", "los", message("exact.observable-near", name="los", near="loss")),
+        ("{observables: []}", "[]", message("errors.value", name="observables", value="[]", expected="1 entry or more")),
+        (
+            "{observables: [{name: a, formula: v*q}]}",
+            "q}",
+            message("errors.unknown", kind="name", name="q", known="d, r, g_bar, phi, t, v, v_after, place"),
+        ),
+        ('{observables: [{name: a, formula: v, per: "1 +"}]}', "+", message("reduced.unread")),
+        (
+            "{observables: [{name: a, formula: v, at: X}]}",
+            "X",
+            message("exact.observable-at", event="an impact", letter="X", letters="B, T"),
+        ),
+        ("{observables: [{name: a, formul: v}]}", "formul: v", message("errors.unknown", kind="key", name="formul")),
+        ("{observables: [loss, loss]}", "{", message("exact.two-observables", name="loss")),
+        ("{observables: [loss], n_returns: 0}", "0", message("errors.value", name="n_returns", value=0)),
     ],
 )
-def test_an_entry_that_is_not_one_is_answered_with_its_place(tmp_path: Path, entry: str, place: str, message: str) -> None:
+def test_an_entry_that_is_not_one_is_answered_with_its_place(tmp_path: Path, entry: str, place: str, said: str) -> None:
     line = f"observe: {entry}"
     text = "system: vi_pair\nparameters: {d: 0.35, g_bar: 0.2}\norbits: [{start: {v: 0.8, phi: 0.3}, n_returns: 5}]\n"
     (tmp_path / "study.yaml").write_text(text + line)
-    with pytest.raises(StudyError, match=r"study\.yaml:4:") as error:
+    with pytest.raises(StudyError, match=message("study.at", place=re.compile(r"study\.yaml:4:\d+"))) as error:
         nsmaps.run_study(tmp_path / "study.yaml")
-    assert message in str(error.value)
+    assert re.search(said, str(error.value))
     assert f"study.yaml:4:{line.index(place) + 1}: " in str(error.value)
 
 
 def test_a_study_with_nothing_to_observe_is_refused(tmp_path: Path) -> None:
     (tmp_path / "study.yaml").write_text("system: vi_pair\nparameters: {d: 0.35, g_bar: 0.2}\nobserve: {observables: [loss]}\n")
-    with pytest.raises(StudyError, match="nothing to observe"):
+    with pytest.raises(StudyError, match=message("study.nothing-to-observe")):
         nsmaps.run_study(tmp_path / "study.yaml")

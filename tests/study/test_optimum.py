@@ -1,11 +1,13 @@
 """The section `optimum` of a study: against the function, in numbers, tables, captions and the figure of a plane."""
 
+import re
 from pathlib import Path
 from types import SimpleNamespace
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from messages import message
 
 import nsmaps
 from nsmaps.dynamics.design.optimum import Attempt
@@ -115,29 +117,41 @@ def test_the_plane_has_a_star_at_the_optimum(result: StudyResult) -> None:
 
 
 @pytest.mark.parametrize(
-    ("entry", "place", "message"),
+    ("entry", "place", "told"),
     [
-        ("observable: los, bounds: {d: [0.5, 0.8]}", "los", "'los' is not an observable of VIPair"),
-        ("observable: loss, bounds: {q: [0.5, 0.8]}", "q", "unknown parameter 'q'; expected: d, r, g_bar"),
+        ("observable: los, bounds: {d: [0.5, 0.8]}", "los", message("exact.observable-near", name="los", near="loss")),
+        (
+            "observable: loss, bounds: {q: [0.5, 0.8]}",
+            "q",
+            message("errors.unknown", kind="parameter", name="q", known="d, r, g_bar"),
+        ),
         (
             "observable: loss, bounds: {d: [0.8, 0.9]}",
             "{d",
-            "d begins at 0.7 with bounds 0.8 and 0.9; expected: finite bounds",
+            message("dynamics.start-outside", name="d", start=0.7, low=0.8, high=0.9),
         ),
-        ("observable: loss, share: 0.5, bounds: {d: [0.5, 0.8]}", "{obs", "share is 0.5 of no states; expected: 'states'"),
+        ("observable: loss, share: 0.5, bounds: {d: [0.5, 0.8]}", "{obs", message("dynamics.share", share=0.5)),
         (
             "observable: loss, multiplier: 2, bounds: {d: [0.5, 0.8]}",
             "2",
-            "multiplier is 2; expected: less than or equal to 1",
+            message("errors.value", name="multiplier", value=2, expected="less than or equal to 1"),
         ),
-        ("observable: work, noisy: {sigma: [0], tau: 1}, bounds: {d: [0.5, 0.8]}", "{sigma", "'work' is of flights"),
-        ("observable: loss, motion: 2:1/T, bounds: {d: [0.5, 0.8]}", "{obs", "the motion at d = 0.7 is 1:1/T with the word"),
+        (
+            "observable: work, noisy: {sigma: [0], tau: 1}, bounds: {d: [0.5, 0.8]}",
+            "{sigma",
+            message("study.noisy-flights", name="work"),
+        ),
+        (
+            "observable: loss, motion: 2:1/T, bounds: {d: [0.5, 0.8]}",
+            "{obs",
+            message("dynamics.other-motion", place="d = 0.7", motion="1:1/T"),
+        ),
     ],
 )
-def test_an_entry_that_is_not_one_is_answered_with_its_place(tmp_path: Path, entry: str, place: str, message: str) -> None:
+def test_an_entry_that_is_not_one_is_answered_with_its_place(tmp_path: Path, entry: str, place: str, told: str) -> None:
     line = f"optimize: {{{entry}, start: {{v: 1.08, phi: 1.0}}}}"
     (tmp_path / "study.yaml").write_text(HEAD + line)
-    with pytest.raises(StudyError, match=r"study\.yaml:3:") as error:
+    with pytest.raises(StudyError, match=message("study.at", place=re.compile(r"study\.yaml:3:\d+"))) as error:
         nsmaps.run_study(tmp_path / "study.yaml")
-    assert message in str(error.value)
+    assert re.search(told, str(error.value))
     assert f"study.yaml:3:{line.index(place) + 1}: " in str(error.value)

@@ -1,10 +1,12 @@
 """Several sections of one kind in a study, each under a name of its own."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+from messages import message
 from typer.testing import CliRunner
 
 import nsmaps
@@ -41,16 +43,24 @@ def test_two_basins_and_a_diagram_are_computed_stored_drawn_and_reported(tmp_pat
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "message"),
+    ("old", "new", "said"),
     [
-        ("max_returns: 80", "max_return: 80", r"two.yaml:4:103: unknown key 'max_return'"),
-        ("80", "80, map: [exact, composite]", r"two.yaml:4:\d+: .*needs the section 'composite'"),
-        ("3}}, max", "3}, z: {from: 0, to: 1, points: 2}}, max", r"two.yaml:4:\d+: unknown coordinate 'z'"),
-        ("analysis: basins", "analysis: basin", r"two.yaml:4:20: no analysis 'basin' is installed"),
+        ("max_returns: 80", "max_return: 80", message("errors.near", kind="key", name="max_return", at="two.yaml:4:103")),
+        ("80", "80, map: [exact, composite]", message("study.needs", section="composite", at=re.compile(r"two\.yaml:4:\d+"))),
+        (
+            "3}}, max",
+            "3}, z: {from: 0, to: 1, points: 2}}, max",
+            message("errors.unknown", kind="coordinate", name="z", at=re.compile(r"two.yaml:4:\d+")),
+        ),
+        (
+            "analysis: basins",
+            "analysis: basin",
+            message("plugins.not-installed", kind="analysis", name="basin", at="two.yaml:4:20"),
+        ),
     ],
 )
-def test_errors_name_the_place_of_the_section(tmp_path: Path, old: str, new: str, message: str) -> None:
+def test_errors_name_the_place_of_the_section(tmp_path: Path, old: str, new: str, said: str) -> None:
     assert old in STUDY
     (tmp_path / "two.yaml").write_text(STUDY.replace(old, new))
-    with pytest.raises(StudyError, match=message):
+    with pytest.raises(StudyError, match=said):
         nsmaps.load_study(tmp_path / "two.yaml")

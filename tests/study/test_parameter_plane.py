@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from messages import message
 
 import nsmaps
 from nsmaps.errors import StudyError
@@ -83,5 +84,5 @@ def test_a_plane_outside_of_the_class_is_an_error_of_the_study():
             "starts": [{"v": 0.8, "phi": 0.4}],
         },
     }
-    with pytest.raises(StudyError, match=r"d is -2.*greater than 0"):
+    with pytest.raises(StudyError, match=message("errors.greater", name="d", value=-2.0, bound=0)):
         nsmaps.run_study(Study.model_validate(study))

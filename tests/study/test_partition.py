@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from messages import message
 from typer.testing import CliRunner
 
 from nsmaps.cli.cli import app
@@ -82,29 +83,33 @@ def test_check_and_run_print_it() -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "message"),
+    ("old", "new", "said"),
     [
-        ("domains:", "composite: [{name: a, where: v > 0, reset: {v: 1}}]\ndomains:", "expected: one of the two"),
-        ("tolerance: 1e-2", "tolerance: 0", "tolerance is 0.0; expected: greater than 0"),
-        ("tolerance: 1e-2", "tolerence: 1e-2", "did you mean 'tolerance'"),
-        ("tolerance: 1e-2", "tolerance: 1e-2, kind: exact", "expected: closed_form, accurate"),
-        ("tolerance: 1e-2", "tolerance: 1e-2, kind: accurate", "shows a partition into pieces in closed form"),
-        ("tolerance: 1e-2", "tolerance: 1e-2, kind: accurate, max_order: 3", "'max_order': of closed forms only"),
-        ("partition: {tolerance: 1e-2}\n", "", "expected: exact"),
-        ("map: R1", "map: R99", "the partition has no piece 'R99'"),
-        ("map: R1", "map: attractive", "did you mean 'attracting'"),
-        ("figures: [words, ", "figures: [words, surfaces, envelops, ", "envelopes"),
+        ("domains:", "composite: [{name: a, where: v > 0, reset: {v: 1}}]\ndomains:", message("study.two-compositions")),
+        ("tolerance: 1e-2", "tolerance: 0", message("errors.greater", name="tolerance", value=0.0, bound=0)),
+        ("tolerance: 1e-2", "tolerence: 1e-2", message("errors.near", near="tolerance")),
+        ("tolerance: 1e-2", "tolerance: 1e-2, kind: exact", message("errors.unknown", known="closed_form, accurate")),
+        ("tolerance: 1e-2", "tolerance: 1e-2, kind: accurate", message("study.figure-of-closed-forms")),
+        (
+            "tolerance: 1e-2",
+            "tolerance: 1e-2, kind: accurate, max_order: 3",
+            message("study.of-closed-forms", names="'max_order'"),
+        ),
+        ("partition: {tolerance: 1e-2}\n", "", message("errors.unknown", known="exact")),
+        ("map: R1", "map: R99", message("study.no-piece", name="R99")),
+        ("map: R1", "map: attractive", message("errors.near", near="attracting")),
+        ("figures: [words, ", "figures: [words, surfaces, envelops, ", message("errors.near", near="envelopes")),
     ],
 )
-def test_what_a_partition_cannot_be(old: str, new: str, message: str) -> None:
+def test_what_a_partition_cannot_be(old: str, new: str, said: str) -> None:
     Path("bad.yaml").write_text(AUTO.replace(old, new, 1))
-    with pytest.raises(StudyError, match=message):
+    with pytest.raises(StudyError, match=said):
         run_study("bad.yaml")
 
 
 def test_a_partition_needs_a_grid() -> None:
     Path("bad.yaml").write_text("system: vi_pair\nparameters: {d: 0.3, g_bar: 0.2}\npartition: {tolerance: 1}\n")
-    with pytest.raises(StudyError, match="'partition' needs the section 'grid'"):
+    with pytest.raises(StudyError, match=message("study.needs", what="'partition'", section="grid")):
         run_study("bad.yaml")
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from messages import message
 
 import nsmaps
 from nsmaps.errors import StudyError
@@ -61,7 +62,7 @@ def test_a_study_computes_stores_and_reports_quantifiers(folder: Path) -> None:
     assert kept.parameter_plane.quantifiers["mean"].shape == (2, 2, 1)
     assert "mine.py:mean" in (folder / "out" / "study.yaml").read_text()
     (folder / "mine.py").write_text(CODE.replace("mean()", "max()"))
-    with pytest.raises(nsmaps.NsmapsError, match="versions"):
+    with pytest.raises(nsmaps.NsmapsError, match=message("study.other-run", what="versions")):
         nsmaps.run_study(study, folder / "out", resume=True)
 
 
@@ -71,22 +72,22 @@ def test_a_study_computes_stores_and_reports_quantifiers(folder: Path) -> None:
         (
             'basins: {quantifiers: {mean: "mine.py:mean"',
             'basins: {quantifiers: {mean: "mine.py:men"',
-            "has no function 'men', did",
+            message("plugins.no-function", name="men"),
         ),
         (
             'basins: {quantifiers: {mean: "mine.py:mean"',
             'basins: {quantifiers: {label: "mine.py:mean"',
-            "'label', which Basins has",
+            message("dynamics.quantifier-taken", name="label", result="Basins"),
         ),
         (
             'basins: {quantifiers: {mean: "mine.py:mean"',
             'basins: {quantifiers: {mean: "no.py:mean"',
-            "expected: path/to/mine.py:funct",
+            message("plugins.no-file", name="mean", form="function"),
         ),
         (
             'basins: {quantifiers: {mean: "mine.py:mean"',
             'basins: {quantifiers: {mean: "mine.py:nsmaps"',
-            "is not a quantifier; expect",
+            message("plugins.not-a-quantifier"),
         ),
     ],
 )
@@ -99,5 +100,5 @@ def test_what_is_not_a_function_is_refused_at_its_place(folder: Path, before: st
 
 def test_its_file_is_not_run_with_installed_only(folder: Path) -> None:
     (folder / "s.yaml").write_text(STUDY.replace("mine.py:Logistic", "circle_map"))
-    with pytest.raises(StudyError, match=r"the function is the file .*mean', which would be executed"):
+    with pytest.raises(StudyError, match=message("study.executed", kind="function", what="file")):
         nsmaps.load_study(folder / "s.yaml", installed_only=True)

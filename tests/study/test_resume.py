@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from ball import BALL
+from messages import message
 from ruamel.yaml import YAML
 
 from nsmaps import parallel as parts
@@ -85,7 +86,7 @@ def test_only_the_same_study_goes_on(good: str) -> None:
     Path("s.yaml").write_text(good)
     folder = stopped("s.yaml", "orbits")
     Path("s.yaml").write_text(good.replace("n_returns: 5", "n_returns: 6"))
-    with pytest.raises(NsmapsError, match="holds a run of 's' with another study than 's' now"):
+    with pytest.raises(NsmapsError, match=message("study.other-run", study="s", what="study")):
         run_study("s.yaml", out=folder, resume=True)
     assert not read_result(folder).finished, "what is there stays"
     assert run_study("s.yaml", out=folder).finished, "from the beginning it may"
@@ -268,7 +269,7 @@ def test_steps_of_another_study_are_refused(good: str, monkeypatch: pytest.Monke
     Path("s.yaml").write_text(good)
     folder = killed("s.yaml", "domains", monkeypatch)
     Path("s.yaml").write_text(good.replace("n_returns: 5", "n_returns: 6"))
-    with pytest.raises(NsmapsError, match="out contains steps of a run of another study, or of other versions, than 's' now"):
+    with pytest.raises(NsmapsError, match=message("study.other-steps", folder="out", study="s")):
         run_study("s.yaml", out=folder, resume=True)
 
 
@@ -279,9 +280,9 @@ def test_what_is_broken_of_a_run_is_computed_again(good: str, file: str) -> None
     a_study = [b"system: ball\n"] if file == "study.yaml" else []
     for content in (b"", Path("out", file).read_bytes()[:100], *a_study):
         Path("out", file).write_bytes(content)
-        with pytest.raises(NsmapsError, match=f"^out/{file} cannot be read"):
+        with pytest.raises(NsmapsError, match=message("study.unread", file=f"out/{file}")):
             read_result("out")
-        with pytest.warns(RuntimeWarning, match=f"^out/{file} cannot be read .*; all steps are computed again$"):
+        with pytest.warns(RuntimeWarning, match=message("study.computed-again", file=f"out/{file}")):
             assert run_study("s.yaml", out="out", resume=True).verdicts == whole.verdicts
         assert read_result("out").finished
 
@@ -320,7 +321,7 @@ def test_a_disk_that_is_full_at_the_end_loses_no_step_and_no_earlier_result(good
 
     with monkeypatch.context() as patch:
         patch.setattr(folders, "replace_file", full)
-        with pytest.raises(NsmapsError, match=r"^out cannot be written to \(No space left on device\); .* resume with --resume$"):
+        with pytest.raises(NsmapsError, match=message("study.no-space", folder="out", reason="No space left on device")):
             run_study("s.yaml", out="out")
     assert {path.name: path.read_bytes() for path in Path("out").iterdir() if path.is_file()} == before
     assert {path.stem for path in Path("out/parts").iterdir()} == {"system", "surfaces", "composite", "orbits", "domains"}
@@ -339,6 +340,6 @@ def test_a_folder_that_cannot_be_written_is_told_before_anything_is_computed(mon
     Path("s.yaml").write_text(good)
     Path("file").write_text("")
     made = made_by(monkeypatch)
-    with pytest.raises(NsmapsError, match=r"^file is not a writable folder"):
+    with pytest.raises(NsmapsError, match=message("study.not-a-folder", folder="file")):
         run_study("s.yaml", out="file/out")
     assert made == []

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from make_schema import SCHEMA, text
+from messages import message
 from ruamel.yaml import YAML
 
 from nsmaps.errors import NsmapsError, StudyError
@@ -53,10 +54,10 @@ def test_a_key_has_one_meaning_in_the_schema_the_command_line_and_errors(tmp_pat
     assert of_slices == {key: row["description"] for key, row in made["$defs"]["SliceSection"]["properties"].items()}
     assert str(table_of("slices")).endswith(f"\n  axis: {of_slices['axis']}")
     assert [line[0] for line in str(table_of("partition")).splitlines() if line and line[0] != " "] == ["p", "I"]  # paragraphs
-    with pytest.raises(NsmapsError, match="no section 'basin'"):
+    with pytest.raises(NsmapsError, match=message("errors.no-near", kind="section", name="basin", near="basins")):
         table_of("basin")
     (tmp_path / "line.yaml").write_text("system: vi_pair\nslices: [{axis: {v: {from: 0, to: 1, points: 3}}}]\n")
-    with pytest.raises(StudyError, match=f"the key 'at' is missing; expected: {of_slices['at'].partition(' (')[0]}$"):
+    with pytest.raises(StudyError, match=message("study.key-missing", name="at", meaning=of_slices["at"].partition(" (")[0])):
         load_study(tmp_path / "line.yaml")
 
 

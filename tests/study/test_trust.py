@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
+from messages import message
 from stored import write_study
 from typer.testing import CliRunner
 
@@ -66,11 +67,11 @@ def test_a_file_is_not_run_with_installed_only(stranger: None) -> None:
     for command in ("check", "run"):
         assert refused(command, "s.yaml", "--installed-only").startswith(line)
     for call in (nsmaps.load_study, nsmaps.run_study):
-        with pytest.raises(StudyError, match="which would be executed"):
+        with pytest.raises(StudyError, match=message("study.executed")):
             call("s.yaml", installed_only=True)
     assert not Path("mark").exists()
     study = nsmaps.load_study("s.yaml")
-    with pytest.raises(StudyError, match="which would be executed"):
+    with pytest.raises(StudyError, match=message("study.executed")):
         nsmaps.run_study(study, installed_only=True)
 
 
@@ -85,7 +86,7 @@ def test_nor_is_the_file_of_a_run_folder(command: tuple[str, ...], stranger: Non
     positional = [option for option in options if option == "cobweb"]
     rest = [option for option in options if option not in ("--", "cobweb")]
     assert "which would be executed" in refused(name, "out", *positional, *rest, "--installed-only")
-    with pytest.raises(StudyError, match="which would be executed"):
+    with pytest.raises(StudyError, match=message("study.executed")):
         nsmaps.read_result("out", installed_only=True)
     assert not Path("mark").exists()
 
@@ -95,7 +96,7 @@ def test_a_run_that_goes_on_runs_no_file_that_its_study_does_not_name(stranger: 
     Path("mine.yaml").write_text(resolved(nsmaps.read_result("out").study))
     text = Path("out/study.yaml").read_text()
     write_study("out", text.replace("system: vi_pair", f"system: {Path('mine.py').resolve()}:Ball"))
-    with pytest.raises(NsmapsError, match="which would be executed"):
+    with pytest.raises(NsmapsError, match=message("study.executed")):
         nsmaps.run_study("mine.yaml", out="out", resume=True)
     assert not Path("mark").exists()
 
@@ -284,7 +285,7 @@ def test_what_is_beyond_memory_or_time_is_refused_before_anything_is_computed(se
         assert re.match(
             rf"s\.yaml:{line}:1: a run is estimated to need \S+ (GB|hours) of {what}, most of it for '{section}'; ", told
         ), told
-    with pytest.raises(StudyError, match=f"of {what}, most of it for '{section}'"):
+    with pytest.raises(StudyError, match=message("study.limits", what=what, section=section)):
         nsmaps.run_study("s.yaml", max_memory=16)
 
 
@@ -300,7 +301,7 @@ def test_the_limits_can_be_raised_by_options_and_by_the_environment(monkeypatch:
     assert CliRunner().invoke(app, ["check", "s.yaml"]).exit_code == 0
     monkeypatch.setenv("NSMAPS_MAX_MEMORY", "much")
     assert refused("check", "s.yaml") == "NSMAPS_MAX_MEMORY is 'much'; expected: a positive number, or inf"
-    with pytest.raises(NsmapsError, match="NSMAPS_MAX_MEMORY is -1"):
+    with pytest.raises(NsmapsError, match=message("errors.value", name="NSMAPS_MAX_MEMORY", value=-1)):
         nsmaps.run_study("s.yaml", max_memory=-1)
 
 

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from messages import message
 
 from nsmaps import Angle, PiecewiseMap
 from nsmaps.dynamics.search import periodic_orbits_by_word
@@ -137,12 +138,15 @@ def test_cycles_are_as_many_as_words():
 @pytest.mark.parametrize(
     ("call", "text"),
     [
-        (lambda: topological_entropy(Turned()), "Turned, which has an angle; expected: coordinates without a period"),
-        (lambda: topological_entropy(Pair()), "Pair, which has 2 coordinates; expected: one"),
-        (lambda: topological_entropy(Bent()), r"an image of Bent is 1 - x\*\*2; expected: affine, with rational coefficients"),
-        (lambda: topological_entropy(Hole()), "the topological entropy of Hole: states next to a border are in no piece"),
-        (lambda: topological_entropy(Units()), "which has 3 coordinates; expected: one"),
-        (lambda: periodic_orbits_by_word(Bent(), 2), r"an image of Bent is 1 - x\*\*2; expected: affine"),
+        (lambda: topological_entropy(Turned()), message("exact.linear-with-angle", map="Turned")),
+        (lambda: topological_entropy(Pair()), message("symbolic.several-coordinates", map="Pair", number=2)),
+        (lambda: topological_entropy(Bent()), message("exact.not-affine", what="an image", map="Bent", formula="1 - x**2")),
+        (lambda: topological_entropy(Hole()), message("symbolic.hole-at-border", map="Hole")),
+        (lambda: topological_entropy(Units()), message("symbolic.several-coordinates", number=3)),
+        (
+            lambda: periodic_orbits_by_word(Bent(), 2),
+            message("exact.not-affine", what="an image", map="Bent", formula="1 - x**2"),
+        ),
     ],
 )
 def test_what_is_refused(call, text):

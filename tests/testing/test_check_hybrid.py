@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from hybrid import SYSTEMS, Friction, numbers, reference, system
+from messages import message
 from nsmaps_recoil_pair import RecoilPair
 from nsmaps_soft_impact import SoftImpact
 
@@ -46,9 +47,9 @@ STARTS = np.column_stack([np.linspace(0.1, 2, 20), np.linspace(0, 6, 20)])
 @pytest.mark.parametrize(
     ("system", "states", "said"),
     [
-        (Idle(**SOFT), STARTS, "no return of Idle depends on its parameter 'idle'"),
-        (Slow(**SOFT), STARTS, "the period of Slow is -7.85398; expected: a positive number"),
-        (SoftImpact(**SOFT), -STARTS, "none of 20 states of SoftImpact returns to its section"),
+        (Idle(**SOFT), STARTS, message("testing.no-effect", system="Idle", name="idle")),
+        (Slow(**SOFT), STARTS, message("testing.period", system="Slow", period=-7.85398)),
+        (SoftImpact(**SOFT), -STARTS, message("testing.none-returns", number=20, system="SoftImpact")),
     ],
 )  # fmt: skip
 @pytest.mark.filterwarnings("ignore:no description of")
@@ -65,7 +66,7 @@ def test_a_flow_that_is_not_that_of_the_formulas_is_found(monkeypatch):
         return made(system.at(beta=system.beta * 1.01))
 
     monkeypatch.setattr(hybrid, "Formulas", formulas)
-    with pytest.raises(CheckError, match="is not that of its formulas"):
+    with pytest.raises(CheckError, match=message("testing.other-return")):
         check_system(SoftImpact(**SOFT), states=STARTS)
 
 
@@ -112,7 +113,7 @@ def test_derived_modes_are_integrated(name, monkeypatch):
         return made(system.at(**{parameter: getattr(system, parameter) * 1.05}))
 
     monkeypatch.setattr(hybrid, "Formulas", formulas)
-    with pytest.raises(CheckError, match="is not that of its formulas"):
+    with pytest.raises(CheckError, match=message("testing.other-return")):
         check_system(chosen, states=states)
 
 
@@ -200,7 +201,7 @@ def test_of_a_phase_alone_the_time_is_compared(monkeypatch):
     from nsmaps.testing import hybrid
 
     monkeypatch.setattr(hybrid, "Formulas", lambda system, made=hybrid.Formulas: made(system.at(a=system.a * 1.01)))
-    with pytest.raises(CheckError, match=r"the return of Fire from .* is not that of its formulas: it ends at"):
+    with pytest.raises(CheckError, match=message("testing.other-return", system="Fire")):
         check_system(Fire())
 
 
@@ -221,7 +222,7 @@ def test_an_image_that_is_not_a_start_is_found(monkeypatch):
         return returns
 
     system = type("Half", (Sides,), {"first_return": one_start})()
-    with pytest.raises(CheckError, match=r"returns from .* to \[-.*\], from which no motion continues: .* expected: a section"):
+    with pytest.raises(CheckError, match=message("testing.returned-to-no-start")):
         hybrid.check_hybrid(system, None)
 
 
@@ -242,7 +243,10 @@ def test_walls_in_the_wrong_order_are_found():
         def section(self, t, y):
             return PoincareSection("R", ("v",))
 
-    with pytest.raises(CheckError, match=r"cannot continue from \[2\.\]: The guard 'L' is negative where the mode 'fly' begins"):
+    with pytest.raises(
+        CheckError,
+        match=message("testing.cannot-continue", start="[2.]", why="The guard 'L' is negative where the mode 'fly' begins"),
+    ):
         check_system(Crossed(), states=[[2.0]])
-    with pytest.raises(CheckError, match=r"none of 200 states of Crossed returns .* Of \[.*\]: .*'R'"):
+    with pytest.raises(CheckError, match=message("testing.none-returns-because", number=200, system="Crossed", letter="R")):
         check_system(Crossed())

@@ -4,6 +4,7 @@ import warnings
 
 import numpy as np
 import pytest
+from messages import message
 
 from nsmaps import Angle, Outcome, Returns, System
 from nsmaps.errors import CheckError
@@ -65,13 +66,13 @@ class Both(Sound):
 @pytest.mark.parametrize(
     ("kind", "text"),
     [
-        (Changes, "`first_return` of Changes changes the states that it is given"),
-        (Mean, "alone and .* among others, with derivatives; expected: the same"),
-        (Steep, r"the derivative of Steep by x at .* is \[1\.\]; expected: \[0\.5\]"),
-        (Idle, "no return of Idle depends on its parameter 'b'"),
-        (Nowhere, r"none of 200 states of Nowhere has an image \(\{'escaped': 200\}\)"),
-        (Unturned, r"an angle of an image of Unturned is not in \[0, 2 pi\)"),
-        (Both, "has the image .* and is 'escaped'; expected: only one of the two"),
+        (Changes, message("testing.changes-states", system="Changes")),
+        (Mean, message("testing.alone")),
+        (Steep, message("testing.derivative", system="Steep", name="x", given="[1.]", found="[0.5]")),
+        (Idle, message("testing.no-effect", system="Idle", name="b")),
+        (Nowhere, message("testing.no-image", number=200, system="Nowhere", counts="{'escaped': 200}")),
+        (Unturned, message("testing.angle", system="Unturned")),
+        (Both, message("testing.image-and-outcome", outcome="escaped")),
     ],
 )
 @pytest.mark.filterwarnings("ignore::UserWarning")

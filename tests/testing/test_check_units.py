@@ -1,8 +1,7 @@
 """Units that a system names are of what it has."""
 
-import re
-
 import pytest
+from messages import message
 from nsmaps_buck_converter import BuckConverter
 from nsmaps_impact_oscillator import ImpactOscillator
 
@@ -32,19 +31,19 @@ def test_those_of_installed_systems_are_in_order(name: str) -> None:
 @pytest.mark.parametrize(
     ("units", "said"),
     [
-        ({"walls": "m"}, "has 'walls', did you mean 'wall'"),
-        ({"A": ""}, "the unit of 'A' in Named.units is ''; expected: a text such as 'm/s'"),
-        ({"A": None}, "the unit of 'A' in Named.units is None"),
+        ({"walls": "m"}, message("testing.unknown-unit", name="walls", near="wall")),
+        ({"A": ""}, message("testing.unit", name="A", cls="Named", unit="''")),
+        ({"A": None}, message("testing.unit", name="A", cls="Named", unit="None")),
     ],
 )
 def test_others_are_errors(units: dict, said: str) -> None:
-    with pytest.raises(CheckError, match=re.escape(said)):
+    with pytest.raises(CheckError, match=said):
         check_units(of(units))
 
 
 def test_a_dimensionless_system_names_none() -> None:
     check_units(of({}, dimensionless=True))
-    with pytest.raises(CheckError, match="is dimensionless and names units"):
+    with pytest.raises(CheckError, match=message("testing.dimensionless")):
         check_units(of({"A": "m"}, dimensionless=True))
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import mpmath as mp
 import numpy as np
 import pytest
+from messages import message
 from typer.testing import CliRunner
 
 import nsmaps
@@ -165,13 +166,13 @@ def test_parts_of_another_kind_are_refused_in_a_line(certificate, tmp_path):
     path, out = tmp_path / "a.proof", tmp_path / "b.proof"
     write_certificate(path, certificate)
     for part, value in (("about", []), ("system", 3), ("grid", None), ("cycles", {}), ("horseshoe", "x")):
-        with pytest.raises(CertificateError, match="another kind"):
+        with pytest.raises(CertificateError, match=message("verify.another-kind")):
             read(changed(path, out, lambda text, codes, new={part: value}: (text | new, codes)))
     nested = f'{{"format": {"[" * 100_000}'
     with zipfile.ZipFile(out, "w") as archive:
         archive.writestr("certificate.json", nested)
         archive.writestr("codes", b"")
-    with pytest.raises(CertificateError, match="whole certificate"):
+    with pytest.raises(CertificateError, match=message("verify.not-whole")):
         read(out)
 
 
@@ -209,7 +210,7 @@ def test_a_planted_error_of_the_search_is_found(pair, certificate, monkeypatch):
     wide = lambda trap, *boxes: trapped(trap._replace(half=(3 * trap.half[0], 3 * trap.half[1])), *boxes)  # noqa: E731
     monkeypatch.setattr("nsmaps.proof.prove.trapped", wide)
     monkeypatch.setattr("nsmaps.proof.prove.found_trap", lambda *given: trap_of(certificate.trap))
-    with pytest.raises(CertificateError, match="not in the trap"):
+    with pytest.raises(CertificateError, match=message("verify.not-in-trap")):
         verify(prove(pair, [0.8334, 0.3636], **SHAPES))
 
 
@@ -286,13 +287,17 @@ def test_systems_of_other_classes_are_refused(tmp_path):
     """By `prove` for cells and horseshoes, for cycles, and where a study is read, before anything is searched for."""
     modes = nsmaps.load_system("recoil_pair", eta=0.05, kappa=0.04, Lambda=0.2, d=0.35, g_bar=0.2113)
     integrated = Oscillator(zeta=0.1, w=0.8, A=1.0, wall=0.4, r=0.7)
-    for system, kind in ((modes, "system with modes"), (integrated, "given by its acceleration"), (lambda x: x, "not a system")):
+    for system, kind in (
+        (modes, message("proof.not-proved", system="RecoilPair")),
+        (integrated, message("proof.integrated", system="Oscillator")),
+        (lambda x: x, message("proof.not-a-system", given="function")),
+    ):
         for search in (
             lambda system=system: prove(system, [0.5, 0, 0, 1], top=1.0),
             lambda system=system: cycles_of(system, []),
             lambda system=system: prove_horseshoe(system, [[0, 1]]),
         ):
-            with pytest.raises(ProofError, match=rf"{kind}.*expected: a PiecewiseMap, or an ImpactSystem whose `displacement`"):
+            with pytest.raises(ProofError, match=kind):
                 search()
     start = "{v: 0.5, X: 0, V: 0, phi: 1}"
     box = "{v: [0, 1], X: [0, 1], V: [0, 1], phi: [0, 1]}"
@@ -305,14 +310,22 @@ def test_systems_of_other_classes_are_refused(tmp_path):
         assert "system with modes, and no proofs are made of such" in " ".join(done.output.split())
 
 
-@pytest.mark.parametrize("radii", [{"r": 0.01}, {"g_bar": 0.01}, {"d": -1e-3}, {"length": 1e-3}])
-def test_intervals_of_other_parameters_than_those_of_walls_are_refused(pair, radii):
-    with pytest.raises(ProofError, match="expected: a radius above zero of a parameter that walls alone depend on"):
+@pytest.mark.parametrize(
+    ("radii", "said"),
+    [
+        ({"r": 0.01}, message("proof.not-of-walls", name="r")),
+        ({"g_bar": 0.01}, message("proof.not-of-walls", name="g_bar")),
+        ({"d": -1e-3}, message("proof.radius", name="d", radius=-0.001)),
+        ({"length": 1e-3}, message("proof.radius", name="length", radius=0.001)),
+    ],
+)
+def test_intervals_of_other_parameters_than_those_of_walls_are_refused(pair, radii, said):
+    with pytest.raises(ProofError, match=said):
         equation_of(pair, radii)
 
 
 def test_walls_that_may_touch_are_refused(pair):
-    with pytest.raises(ProofError, match="not shown to be below"):
+    with pytest.raises(ProofError, match=message("verify.walls")):
         prove(pair, [0.83, 0.36], top=1.0, radii={"d": 0.36})
 
 
@@ -323,7 +336,7 @@ def test_a_displacement_that_does_not_solve_its_equation_is_refused():
         def displacement(self, t, hit):
             return super().displacement(t, hit) + (t - hit.t) ** 3 / 100
 
-    with pytest.raises(ProofError, match="does not solve"):
+    with pytest.raises(ProofError, match=message("proof.other-equation")):
         equation_of(Cubic(zeta=0.1, w=0.8, A=1.0, wall=0.4, r=0.7))
 
 
@@ -348,9 +361,9 @@ def test_cycles_of_oscillators_without_a_frequency_are_proved(zeta, regime):
 
 
 def test_bad_arguments_are_refused(pair):
-    with pytest.raises(ProofError, match="power of two"):
+    with pytest.raises(ProofError, match=message("proof.grid")):
         prove(pair, [0.83, 0.36], top=1.0, side=100)
-    with pytest.raises(ProofError, match="stable"):
+    with pytest.raises(ProofError, match=message("proof.not-stable")):
         prove(pair, [0.34, 2.87], top=1.0)
 
 

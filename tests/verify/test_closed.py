@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from messages import message
 from typer.testing import CliRunner
 
 import nsmaps
@@ -110,11 +111,11 @@ def test_changes_of_a_closed_set_are_refused(certificate, wrong):
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        ({"stiffness": ["1", "0"]}, "resonance"),
-        ({"stiffness": ["1", "1e-9"], "damping": ["1e-12", "0"]}, "resonance"),
-        ({"force": ["nan", "0"]}, "not finite"),
-        ({"walls": [{"letter": "B", "at": ["1", "inf"], "side": 1}]}, "not finite"),
-        ({"stiffness": ["-1e6", "0"]}, "no bound"),
+        ({"stiffness": ["1", "0"]}, message("verify.resonance")),
+        ({"stiffness": ["1", "1e-9"], "damping": ["1e-12", "0"]}, message("verify.resonance")),
+        ({"force": ["nan", "0"]}, message("verify.not-finite")),
+        ({"walls": [{"letter": "B", "at": ["1", "inf"], "side": 1}]}, message("verify.not-finite")),
+        ({"stiffness": ["-1e6", "0"]}, message("verify.no-bound")),
     ],
 )
 def test_rest_is_not_proved_of_a_system_without_bounds(change, reason):
@@ -130,9 +131,9 @@ def test_rest_is_not_proved_of_a_system_without_bounds(change, reason):
 
 
 def test_a_closed_set_that_is_not_found(pair, monkeypatch):
-    with pytest.raises(ProofError, match="on the attractor below"):
+    with pytest.raises(ProofError, match=message("proof.not-on-attractor")):
         prove(pair, START, around=Around(0, 100, 500), **{**SHAPES, "top": 0.5})
-    with pytest.raises(ProofError, match="has 1 impacts"):
+    with pytest.raises(ProofError, match=message("proof.not-on-attractor", number=1, top=1)):
         prove(
             nsmaps.load_system("impact_oscillator", zeta=0.1, w=2, A=0.1, wall=1, r=0.1),
             [0.01, 1.0],
@@ -140,7 +141,7 @@ def test_a_closed_set_that_is_not_found(pair, monkeypatch):
             top=1,
         )
     monkeypatch.setattr("nsmaps.proof.closed.LARGEST", 50)
-    with pytest.raises(ProofError, match="meet more than 50 others"):
+    with pytest.raises(ProofError, match=message("proof.too-many-meet", most=50)):
         prove(pair, START, around=Around(0, 100, 500), **SHAPES)
 
 

@@ -10,6 +10,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 from flint import arb
+from messages import message
 from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_impact_oscillator import ImpactOscillator
 
@@ -106,11 +107,11 @@ def test_the_same_cycle_is_not_counted_twice(some: Any) -> None:
     _, equation, statements, cycles = some
     saddle = statements[2]
     turned = {key: [*saddle[key][1:], saddle[key][0]] for key in saddle}
-    with pytest.raises(UnprovedError, match="differ"):
+    with pytest.raises(UnprovedError, match=message("verify.not-different")):
         distinct([*cycles, verified(equation, stated_of(turned, 2))])
     twice = {key: statements[1][key] * 2 for key in saddle}
     twice["radii"] = (np.array(twice["radii"]) / 100).tolist()
-    with pytest.raises(UnprovedError, match="differ"):
+    with pytest.raises(UnprovedError, match=message("verify.not-different")):
         distinct([verified(equation, stated_of(twice, 2))])
 
 
@@ -212,28 +213,28 @@ def test_an_error_planted_in_the_search_is_found(some: Any, pair: Callable[..., 
     rows, equation, _, _ = some
     walls, states = impacts_of(pair(0.35), of_row(pair(0.35), rows[1]))
     monkeypatch.setattr("nsmaps.proof.cycles.impacts_of", lambda *_: (walls[::-1], states))
-    with pytest.raises(ProofError, match="not shown"):
+    with pytest.raises(ProofError, match=message("proof.cycle-not-shown")):
         stated(pair(0.35), equation, of_row(pair(0.35), rows[1]))
 
 
 @pytest.mark.parametrize(
-    ("change", "message"),
+    ("change", "said"),
     [
-        ({"radius": 1.0}, "radius"),
-        ({"walls": [0]}, "same length"),
-        ({"walls": [0, 2]}, "numbers from 0 to 1"),
-        ({"walls": [0, True]}, "numbers from 0 to 1"),
-        ({"states": [[1.0, 2.0], [1.0]]}, "decimal numbers"),
-        ({"states": [[1.0, 2.0], [1, "2"]]}, "decimal numbers"),
-        ({"states": [[1.0, 2.0], [float("nan"), 2.0]]}, "finite"),
-        ({"radii": [[1e-9, 1e-9], [0.0, 1e-9]]}, "above zero"),
-        ({"radii": [[1e-9, 1e-9], [1e-9, 9.0]]}, "below the speed"),
+        ({"radius": 1.0}, message("verify.cycle-keys")),
+        ({"walls": [0]}, message("verify.cycle-lists")),
+        ({"walls": [0, 2]}, message("verify.cycle-walls", last=1)),
+        ({"walls": [0, True]}, message("verify.cycle-walls", last=1)),
+        ({"states": [[1.0, 2.0], [1.0]]}, message("verify.cycle-state")),
+        ({"states": [[1.0, 2.0], [1, "2"]]}, message("verify.cycle-state")),
+        ({"states": [[1.0, 2.0], [float("nan"), 2.0]]}, message("verify.cycle-radii")),
+        ({"radii": [[1e-9, 1e-9], [0.0, 1e-9]]}, message("verify.cycle-radii")),
+        ({"radii": [[1e-9, 1e-9], [1e-9, 9.0]]}, message("verify.cycle-radii")),
     ],
 )
-def test_unreadable_statements_say_what_is_wrong(some: Any, change: dict[str, Any], message: str) -> None:
-    with pytest.raises(ValueError, match=message):
+def test_unreadable_statements_say_what_is_wrong(some: Any, change: dict[str, Any], said: str) -> None:
+    with pytest.raises(ValueError, match=said):
         stated_of({**some[2][1], **change}, 2)
-    with pytest.raises(ValueError, match="expected"):
+    with pytest.raises(ValueError, match=message("verify.cycle-keys")):
         stated_of(None, 2)
 
 
@@ -249,5 +250,5 @@ def test_a_certificate_of_cycles_alone(pair: Callable[..., Any], reference: Call
     for wrong in ([], [*made.cycles, made.cycles[0]], [{**made.cycles[0], "walls": [1]}], [None], {"a": 1}):
         with pytest.raises(CertificateError):
             verify(replace(made, cycles=wrong))
-    with pytest.raises(CertificateError, match="not readable"):
+    with pytest.raises(CertificateError, match=message("verify.not-readable", error="TypeError")):
         verify(replace(made, codes=np.zeros(3, np.uint16)))

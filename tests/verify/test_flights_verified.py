@@ -8,6 +8,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 from flint import arb, ctx
+from messages import message
 from nsmaps_bouncing_ball import BouncingBall
 from nsmaps_impact_oscillator import ImpactOscillator
 
@@ -108,5 +109,5 @@ def test_walls_within_a_ball_shift_impacts_as_the_ball_of_the_last_one_says(pair
 
 
 def test_a_box_across_a_graze_is_not_decided(pair: Callable[..., Any]) -> None:
-    with pytest.raises(UnprovedError, match="not shown"):
+    with pytest.raises(UnprovedError, match=message("verify.impact-not-shown")):
         next_impact(system_of(equation_of(pair(0.35))), 0, arb(0, 4), arb(0.4, 0.3))

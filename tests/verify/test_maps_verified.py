@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import sympy as sp
 from flint import acb, arb, ctx, fmpq
+from messages import message
 from nsmaps_border_collision import Lozi
 from typer.testing import CliRunner
 
@@ -114,7 +115,7 @@ def test_a_box_across_borders_is_in_all_pieces_that_it_meets_and_a_gap_is_found(
     assert [k for k, _, _ in pieces_of(return_map, [arb(0.3, 0.1), arb(3.1, 0.2)])] == [0, 1]
     assert [k for k, _, _ in pieces_of(return_map, [arb(1, 0.25), arb(3, 0.5)])] == [1, 2]
     data = stated_map(Kinked())
-    with pytest.raises(UnprovedError, match="no piece"):
+    with pytest.raises(UnprovedError, match=message("verify.in-no-piece")):
         list(pieces_of(map_of(data | {"pieces": data["pieces"][:2]}), [arb(1, 0.25), arb(3, 0.5)]))
 
 
@@ -126,7 +127,7 @@ def test_a_root_is_bounded_up_to_the_border_that_its_condition_states() -> None:
     assert abs(found[1].lower() - (arb("0.2") - arb("0.025").sqrt())) < 1e-8
     data = stated_map(Root())
     image = {"letter": "R", "condition": "x > -1", "image": {"x": "mu - sqrt(x)"}}
-    with pytest.raises(UnprovedError, match="square root"):
+    with pytest.raises(UnprovedError, match=message("verify.square-root")):
         [
             hull(formulas, k, part, known)
             for formulas in [map_of(data | {"pieces": [image]})]
@@ -164,18 +165,18 @@ def test_claims_of_cycles_that_are_wrong_are_refused(lozi: Lozi) -> None:
     return_map, (cycle,) = map_of(made.system), made.cycles
     assert verified(return_map, stated_of(json.loads(json.dumps(cycle)), return_map)).kind == "unstable"
     for change, match in (
-        ({"states": [[0.46, 0.227]], "radii": [[1e-4, 1e-4]]}, "not shown to exist"),
-        ({"radii": [[1.0, 1.0]]}, "may be in the pieces"),
-        ({"pieces": [0]}, "not in L alone"),
+        ({"states": [[0.46, 0.227]], "radii": [[1e-4, 1e-4]]}, message("verify.cycle-not-shown")),
+        ({"radii": [[1.0, 1.0]]}, message("verify.other-pieces")),
+        ({"pieces": [0]}, message("verify.other-pieces", piece="L")),
     ):
         with pytest.raises(UnprovedError, match=match):
             verified(return_map, stated_of(cycle | change, return_map))
-    with pytest.raises(CertificateError, match="differ"):
+    with pytest.raises(CertificateError, match=message("verify.not-different")):
         verify(replace(made, cycles=[cycle, cycle]))
     twice = {key: value * 2 for key, value in cycle.items()}
-    with pytest.raises(CertificateError, match="differ"):
+    with pytest.raises(CertificateError, match=message("verify.not-different")):
         verify(replace(made, cycles=[twice]))
-    with pytest.raises(CertificateError, match="a trap"):
+    with pytest.raises(CertificateError, match=message("verify.trap-of-map")):
         verify(replace(made, trap={"wall": 0}))
 
 
@@ -224,7 +225,7 @@ def test_cells_that_are_forward_invariant_hold_long_orbits(tmp_path: Path) -> No
     number = int(np.flatnonzero(made.codes == 0)[5])
     without = made.codes.copy()
     without[number] = 1
-    with pytest.raises(CertificateError, match="not shown to be within the set"):
+    with pytest.raises(CertificateError, match=message("verify.not-within-set")):
         verify(replace(made, codes=without))
 
 
@@ -249,11 +250,11 @@ def test_a_set_of_cells_on_the_circle() -> None:
 
 
 def test_advice_where_no_proof_is_found(lozi: Lozi) -> None:
-    with pytest.raises(ProofError, match="larger box, or more cells"):
+    with pytest.raises(ProofError, match=message("proof.larger-box")):
         prove_map(lozi, start=[0.1, 0.1], box={"x": (-1, 1), "y": (-0.5, 0.5)}, n_cells=16)
-    with pytest.raises(ProofError, match="box of states"):
+    with pytest.raises(ProofError, match=message("proof.no-box")):
         prove_map(lozi, start=[0.1, 0.1])
-    with pytest.raises(ProofError, match="no cycle of 3 returns"):
+    with pytest.raises(ProofError, match=message("proof.no-cycle-near", number=3)):
         prove_map(lozi, cycles=[([0.1, 0.1], 3)])
 
 
