@@ -5,7 +5,12 @@ import tomllib
 from pathlib import Path
 
 ROOMS = tomllib.loads((Path(__file__).parent / "messages.toml").read_text(encoding="utf-8"))
-TEXTS = {f"{room}.{fault}": text for room, faults in ROOMS.items() for fault, text in faults.items()}  #: by code
+PHRASES = ROOMS.pop("phrases")  #: what several texts have
+TEXTS = {
+    f"{room}.{fault}": re.sub(r"\{(\w+)\}", lambda hole: PHRASES.get(hole[1], hole[0]), text)
+    for room, faults in ROOMS.items()
+    for fault, text in faults.items()
+}  #: by code, with the phrases
 SIGN = re.compile(r"\{(\w+)\}|(\.\.\.)|(^\^|\$$)")  #: a hole, what may be anything, and the beginning or end of a message
 
 

@@ -20,11 +20,13 @@ PAIR = {"d": 0.35, "g_bar": 0.2113}
     [
         (
             PAIR | {"R": 1},
-            message("errors.near", kind="parameter", name="R", near="r", known="d, r, g_bar, base, M, F, g, beta, s, omega"),
+            message(
+                "errors.unknown-near", kind="parameter", name="R", near="r", known="d, r, g_bar, base, M, F, g, beta, s, omega"
+            ),
         ),
-        (PAIR | {"g_baz": 1}, message("errors.near", kind="parameter", name="g_baz", near="g_bar")),
+        (PAIR | {"g_baz": 1}, message("errors.unknown-near", kind="parameter", name="g_baz", near="g_bar")),
         ({"d": 0.35}, message("parameters.missing", name="g_bar")),
-        ({"D": 0.35, "g_bar": 0.2}, message("errors.near", kind="parameter", name="D", near="d")),
+        ({"D": 0.35, "g_bar": 0.2}, message("errors.unknown-near", kind="parameter", name="D", near="d")),
         (PAIR | {"r": 2}, message("errors.value", name="r", value=2, expected="less than or equal to 1")),
         (PAIR | {"M": 1}, message("exact.not-used", names="M")),
     ],
@@ -47,7 +49,9 @@ def test_a_missing_parameter_that_is_there_misspelt_is_told_once() -> None:
 
 def test_changing_a_parameter_says_the_same() -> None:
     system = nsmaps.load_system("vi_pair", **PAIR)
-    with pytest.raises(ParameterError, match=message("errors.near", kind="parameter", name="G_bar", near="g_bar", at="VIPair")):
+    with pytest.raises(
+        ParameterError, match=message("errors.unknown-near", kind="parameter", name="G_bar", near="g_bar", at="VIPair")
+    ):
         system.at(G_bar=1)
     with pytest.raises(ParameterError, match=message("errors.at-least", name="r", value=-1, bound=0)):
         system.at(r=-1)

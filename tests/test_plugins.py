@@ -155,7 +155,7 @@ def test_errors_about_a_file(tmp_path: Path) -> None:
     with pytest.raises(UnknownSystemError, match=message("plugins.no-file", file=re.compile(r".*mine\.py"), name="Mine")):
         plugins.load_system(f"{file}:Mine")
     file.write_text(SYSTEM.format(name="Mine"))
-    with pytest.raises(UnknownSystemError, match=message("errors.no-near", kind="class", name="Mien", near="Mine")):
+    with pytest.raises(UnknownSystemError, match=message("errors.no-such-near", kind="class", name="Mien", near="Mine")):
         plugins.load_system(f"{file}:Mien")
     file.write_text("1 / 0")
     before = set(sys.modules)

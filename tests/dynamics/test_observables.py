@@ -141,10 +141,10 @@ def test_impacts_without_number_lose_the_energy_that_is_left() -> None:
         ({"name": "a", "formula": "velocity"}, message("errors.unknown", kind="name", name="velocity")),
         ({"name": "a", "formula": "v", "of": "flights"}, message("errors.unknown", kind="name", name="v")),
         ({"name": "a", "formula": "v", "at": "X"}, message("exact.observable-at", event="an impact", letter="X", letters="B, T")),
-        ({"name": "a", "formul": "v"}, message("errors.near", kind="key", name="formul", near="formula")),
+        ({"name": "a", "formul": "v"}, message("errors.unknown-near", kind="key", name="formul", near="formula")),
         ({"name": "a", "formula": "v", "largest": True, "per": "1"}, message("exact.largest-and-per")),
         ({"name": "a", "formula": "v +"}, message("reduced.unread")),
-        ({"name": "a", "formula": "__import__('os')"}, message("errors.no", kind="function", name="__import__")),
+        ({"name": "a", "formula": "__import__('os')"}, message("errors.no-such", kind="function", name="__import__")),
         ({"name": "a", "formula": "v**9**9"}, message("reduced.too-high")),
     ],
 )

@@ -183,7 +183,7 @@ def test_a_chart_needs_parameters():
         nsmaps.parameter_plane(whole, {"a": [0.5, 0.6], "b": [0.1, 0.2]}, [0.3])
     with pytest.raises(NsmapsError, match=message("exact.of-class", what="parameters", map="Lozi")):
         nsmaps.parameter_plane(Lozi, {"a": [0.5, 0.6], "b": [0.1, 0.2]}, [0.3, 0.1])
-    with pytest.raises(NsmapsError, match=message("errors.no", kind="parameter", name="c")):
+    with pytest.raises(NsmapsError, match=message("errors.no-such", kind="parameter", name="c")):
         nsmaps.parameter_plane(Lozi(), {"a": [0.5, 0.6], "c": [0.1, 0.2]}, [0.3, 0.1])
     with pytest.raises(NsmapsError, match=message("dynamics.plane", names="no parameter")):
         nsmaps.parameter_plane(Bare(), {}, [0.3])

@@ -330,7 +330,10 @@ CALL = partial(nsmaps.parameter_plane, PAIR, starts=[0.8, 0.4])
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "one parameter": ({"axes": {"d": [0.3, 0.31]}}, message("dynamics.plane", names="d", known="d, r, g_bar")),
     "none": ({"axes": {}}, message("dynamics.plane", names="no parameter")),
-    "unknown": ({"axes": {"d": [0.3], "gbar": [0.1]}}, message("errors.no-near", kind="parameter", name="gbar", near="g_bar")),
+    "unknown": (
+        {"axes": {"d": [0.3], "gbar": [0.1]}},
+        message("errors.no-such-near", kind="parameter", name="gbar", near="g_bar"),
+    ),
     "infinite": ({"axes": {"d": [0.3, np.inf], "r": [0.5]}}, message("dynamics.values-of", name="d", values="[0.3, inf]")),
     "nan": ({"axes": {"d": [0.3], "r": [np.nan]}}, message("dynamics.values-of", name="r", values="[nan]")),
     "descending": ({"axes": {"d": [0.3, 0.2], "r": [0.5]}}, message("dynamics.values-of", name="d", values="[0.3, 0.2]")),

@@ -173,7 +173,7 @@ def test_words_have_one_grammar():
 
 
 def test_a_parameter_is_validated_and_unknown_ones_are_named(pair):
-    with pytest.raises(NsmapsError, match=message("errors.near", kind="parameter", name="dd")):
+    with pytest.raises(NsmapsError, match=message("errors.unknown-near", kind="parameter", name="dd")):
         pair(0.35).at(dd=1)
     with pytest.raises(ParameterError, match=message("errors.value", name="d", value=-1, at="VIPair")):
         pair(0.35).at(d=-1)

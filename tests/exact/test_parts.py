@@ -161,7 +161,7 @@ def test_a_sweep_of_surfaces_in_processes_is_the_sweep_here(tmp_path: Path) -> N
             for name in one:
                 assert np.array_equal(one[name].member, two[name].member)
                 assert np.array_equal(one[name].image, two[name].image)
-    with pytest.raises(nsmaps.NsmapsError, match=message("errors.near", kind="parameter", name="dd")):
+    with pytest.raises(nsmaps.NsmapsError, match=message("errors.unknown-near", kind="parameter", name="dd")):
         sweep(system, "dd", [0.3], grid, families)
 
 

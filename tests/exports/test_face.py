@@ -51,7 +51,7 @@ def test_one_file_is_its_text_and_several_are_texts_by_name(tmp_path):
 
 def test_errors_name_what_is_accepted():
     plane = exported.random_map([[0.5, 1.0], [0.1, 0.9]])
-    with pytest.raises(NsmapsError, match=message("errors.no-near", kind="language", name="pyton", near="python")):
+    with pytest.raises(NsmapsError, match=message("errors.no-such-near", kind="language", name="pyton", near="python")):
         nsmaps.export(plane, "pyton")
     with pytest.raises(NsmapsError, match=message("exports.class", result="dict")):
         nsmaps.export({}, "c")

@@ -71,9 +71,9 @@ def test_the_second_orbit_is_shown_where_it_is_asked_for(result):
 
 
 def test_what_is_not_there_is_said(result, tmp_path, monkeypatch):
-    with pytest.raises(NsmapsError, match=message("errors.no-near", kind="animation", name="cobwep", near="cobweb")):
+    with pytest.raises(NsmapsError, match=message("errors.no-such-near", kind="animation", name="cobwep", near="cobweb")):
         animate(result, "cobwep", tmp_path)
-    with pytest.raises(NsmapsError, match=message("errors.no-near", kind="format", name="mp3", near="mp4")):
+    with pytest.raises(NsmapsError, match=message("errors.no-such-near", kind="format", name="mp3", near="mp4")):
         animate(result, "cobweb", tmp_path, "mp3")
     with pytest.raises(
         NsmapsError,

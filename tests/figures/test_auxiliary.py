@@ -183,7 +183,7 @@ def test_second_iterate_polynomial_is_of_its_own_coordinate_only(result, ax):
 
 
 def test_a_coordinate_that_is_not_there(result, ax):
-    with pytest.raises(NsmapsError, match=message("errors.no", kind="coordinate", name="w")):
+    with pytest.raises(NsmapsError, match=message("errors.no-such", kind="coordinate", name="w")):
         panel(cobweb, result, ax, coordinate="w")
 
 

@@ -190,9 +190,9 @@ def test_missing_data_names_what_the_study_must_name_and_writes_nothing(result, 
 
 
 def test_a_figure_that_is_not_there(result, tmp_path):
-    with pytest.raises(NsmapsError, match=message("errors.no-near", kind="figure", name="cobwep", near="cobweb")):
+    with pytest.raises(NsmapsError, match=message("errors.no-such-near", kind="figure", name="cobwep", near="cobweb")):
         draw(result, ["cobwep"], tmp_path)
-    with pytest.raises(NsmapsError, match=message("errors.no-near", kind="format", name="pgn", near="png")):
+    with pytest.raises(NsmapsError, match=message("errors.no-such-near", kind="format", name="pgn", near="png")):
         draw(result, ["words"], tmp_path, formats=["pgn"])
 
 

@@ -361,10 +361,10 @@ class Bessel(Own):
         (Words(), message("reduced.not-expressions", fit="Words", name="v", formula="sin(phi)", type="str")),
         (Elsewhere(), message("reduced.not-a-coordinate", name="q", names="phi, v", at="a variable of Elsewhere")),
         (Bessel(), message("reduced.function", formula="besselj(0, v)", function="besselj", at="a variable of Bessel")),
-        (Fourier(harmonics={"v": 1}), message("errors.no", kind="coordinate", name="v", known="phi", at="harmonics")),
+        (Fourier(harmonics={"v": 1}), message("errors.no-such", kind="coordinate", name="v", known="phi", at="harmonics")),
         (
             Fourier(harmonics=1, degrees={"phi": 1}),
-            message("errors.no", kind="coordinate", name="phi", known="v", at="degrees"),
+            message("errors.no-such", kind="coordinate", name="phi", known="v", at="degrees"),
         ),
         (Fourier(harmonics=12), message("reduced.rank", points=100, rank=20, terms=25)),
     ],

@@ -205,7 +205,7 @@ def test_the_word_of_a_piece_is_the_commonest_of_its_data():
 
 def test_pieces_by_name():
     assert MAP.piece("R2") is MAP.pieces[2]
-    with pytest.raises(NsmapsError, match=message("errors.no-near", kind="piece", name="resett", near="reset")):
+    with pytest.raises(NsmapsError, match=message("errors.no-such-near", kind="piece", name="resett", near="reset")):
         MAP.piece("resett")
 
 
@@ -266,7 +266,7 @@ def test_a_family_without_data_is_named():
         ([fitted("R", "v > 0.99", "BTB")], message("reduced.all-at", value=1.0, name="v", at="piece 'R': v'")),
         (
             [where("R", "v > 0", reset={"w": 1})],
-            message("errors.no", kind="coordinate", name="w", known="v, phi", at="piece 'R': reset"),
+            message("errors.no-such", kind="coordinate", name="w", known="v, phi", at="piece 'R': reset"),
         ),
     ],
 )

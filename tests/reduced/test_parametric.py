@@ -89,7 +89,7 @@ def test_outside_of_its_values_there_is_no_map():
     for value in (0.2599, 0.3501, np.nan):
         with pytest.raises(NsmapsError, match=message("reduced.outside-fitted", parameter="d", low=0.26, high=0.35)):
             parametric.at(value)
-    with pytest.raises(NsmapsError, match=message("errors.no-near", kind="piece", name="lo", near="low")):
+    with pytest.raises(NsmapsError, match=message("errors.no-such-near", kind="piece", name="lo", near="low")):
         parametric.piece("lo")
 
 
@@ -187,7 +187,7 @@ def test_images_have_orders_of_their_own():
 
 def test_what_is_refused():
     for orders, said in (
-        ({"lo": 2}, message("errors.no-near", kind="piece", name="lo", near="low")),
+        ({"lo": 2}, message("errors.no-such-near", kind="piece", name="lo", near="low")),
         ({"low": {"ph": 2}}, message("reduced.degree-of", name="ph", near="phi", piece="low", names="v, phi")),
         ({"low": {"phi": 5}}, message("reduced.degree", degree=5, parameter="a", number=5, least=6)),
     ):

@@ -203,7 +203,7 @@ def test_along_a_line_without_data_is_refused():
         SeparableFit(degrees={"v": 2, "phi": 2}, lines={"phi": 0.35, "v": 0.75}).fit(surface)
     with pytest.raises(FitError, match=message("reduced.no-line", name="phi")):
         SeparableFit(degrees={"v": 2, "phi": 2}, lines={"v": 0.75}).fit(surface)
-    with pytest.raises(FitError, match=message("errors.no", kind="coordinate", name="w", at="lines")):
+    with pytest.raises(FitError, match=message("errors.no-such", kind="coordinate", name="w", at="lines")):
         SeparableFit(degrees={"v": 2, "phi": 2}, lines={"phi": 0.35, "w": 0.75}).fit(surface)
 
 
@@ -424,19 +424,19 @@ def test_a_doubtful_condition_is_reported():
     [
         (
             PolynomialFit(degrees={"v": 3, "ph": 2}),
-            message("errors.no-near", kind="coordinate", name="ph", near="phi", at="degrees"),
+            message("errors.no-such-near", kind="coordinate", name="ph", near="phi", at="degrees"),
         ),
         (PolynomialFit(degrees={"v": {"v": 1}}), message("reduced.no-degrees", name="phi")),
         (
             PolynomialFit(degrees={"v": {"w": 1}, "phi": {"v": 1}}),
-            message("errors.no", kind="coordinate", name="w", at="degrees of v'"),
+            message("errors.no-such", kind="coordinate", name="w", at="degrees of v'"),
         ),
         (
             PolynomialFit(degrees={"v": 1, "phi": 1}, absolute=("w",)),
-            message("errors.no", kind="coordinate", name="w", at="absolute"),
+            message("errors.no-such", kind="coordinate", name="w", at="absolute"),
         ),
         (SeparableFit(degrees={"v": 1}), message("reduced.no-degrees-of", name="phi")),
-        (SeparableFit(degrees={"v": 1, "phi": 1, "w": 1}), message("errors.no", kind="coordinate", name="w", at="degrees")),
+        (SeparableFit(degrees={"v": 1, "phi": 1, "w": 1}), message("errors.no-such", kind="coordinate", name="w", at="degrees")),
     ],
 )
 def test_names_that_are_no_coordinates_are_refused(fit, said):

@@ -181,7 +181,7 @@ def test_a_reset_sets_and_keeps():
     assert reset.monomials("v") == {(1, 0): 1.0}
     assert reset.symbolic("phi") == sp.Float(1.2, 17)
     assert np.isinf(reset.domain).all()
-    with pytest.raises(FitError, match=message("errors.no-near", kind="coordinate", name="ph", near="phi")):
+    with pytest.raises(FitError, match=message("errors.no-such-near", kind="coordinate", name="ph", near="phi")):
         PolyMap.reset(NAMES, {"ph": 1.2})
 
 
@@ -200,5 +200,5 @@ def test_what_is_refused():
     polymap = random_map(0)
     with pytest.raises(StateError):
         polymap([0.5, 0.5])
-    with pytest.raises(FitError, match=message("errors.no", kind="coordinate", name="w")):
+    with pytest.raises(FitError, match=message("errors.no-such", kind="coordinate", name="w")):
         polymap.monomials("w")

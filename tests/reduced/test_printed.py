@@ -43,7 +43,7 @@ def test_what_is_no_monomial(text):
         ({"images": {"v": {"1": 1}, "ph": {"1": 1}}}, message("reduced.image-of-near", name="ph", near="phi")),
         (
             {"images": {"v": {"ph": 1}, **KEEP}},
-            message("errors.no-near", kind="coordinate", name="ph", near="phi", at="the monomial 'ph'"),
+            message("errors.no-such-near", kind="coordinate", name="ph", near="phi", at="the monomial 'ph'"),
         ),
         ({"images": {"v": {"v*phi": 1, "phi*v": 2}, **KEEP}}, message("reduced.monomial-twice", monomial="phi*v")),
         ({"images": {"v": {"1": (1, 2)}, **KEEP}}, message("reduced.parameter-without-value")),

@@ -162,7 +162,7 @@ def test_a_study_of_classes_is_stored_and_resumed(folder: Path) -> None:
             'Disc", centre: [1/5',
             'Disk", centre: [1/5',
             '"mine.py:Disk',
-            message("errors.no-near", kind="class", name="Disk", near="Disc"),
+            message("errors.no-such-near", kind="class", name="Disk", near="Disc"),
         ),
         (
             'mine.py:Even", abs',
@@ -174,7 +174,7 @@ def test_a_study_of_classes_is_stored_and_resumed(folder: Path) -> None:
             "radius: 0.35",
             "radus: 0.15",
             "radus",
-            message("errors.near", kind="field of Disc", name="radus", near="radius", known="centre, radius"),
+            message("errors.unknown-near", kind="field of Disc", name="radus", near="radius", known="centre, radius"),
         ),
         ("radius: 0.35", "radius: wide", "wide", message("errors.unknown", kind="name", name="wide", known="numbers")),
         ("radius: 0.35", "radius: [1]", "[1]", message("errors.value", name="radius", value="[1]", expected="a number")),
@@ -189,7 +189,7 @@ def test_a_study_of_classes_is_stored_and_resumed(folder: Path) -> None:
             "speed: 3/10",
             "sped: 3/10",
             "sped",
-            message("errors.near", kind="field of Slow", name="sped", near="speed", known="max_returns, speed"),
+            message("errors.unknown-near", kind="field of Slow", name="sped", near="speed", known="max_returns, speed"),
         ),
         (
             "mine.py:Slow",
@@ -302,7 +302,7 @@ def test_a_partition_of_a_study_takes_classes(folder: Path) -> None:
         (
             "[right]",
             "[rihgt]",
-            message("errors.near", kind="family", name="rihgt", near="right", known="right", at="own.yaml:6:14"),
+            message("errors.unknown-near", kind="family", name="rihgt", near="right", known="right", at="own.yaml:6:14"),
         ),
         ("x: [0.5, 1.2], ", "", message("study.coordinate-missing", name="x", at="own.yaml:9:16")),
         (

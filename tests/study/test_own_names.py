@@ -45,7 +45,7 @@ def test_two_basins_and_a_diagram_are_computed_stored_drawn_and_reported(tmp_pat
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("max_returns: 80", "max_return: 80", message("errors.near", kind="key", name="max_return", at="two.yaml:4:103")),
+        ("max_returns: 80", "max_return: 80", message("errors.unknown-near", kind="key", name="max_return", at="two.yaml:4:103")),
         ("80", "80, map: [exact, composite]", message("study.needs", section="composite", at=re.compile(r"two\.yaml:4:\d+"))),
         (
             "3}}, max",

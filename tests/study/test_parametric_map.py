@@ -192,7 +192,7 @@ def test_pieces_of_several_returns_are_compared_with_as_many_of_the_exact_map():
         ("degrees: {R1: {v: 2}}", "degrees: {R1: {w: 2}}", message("errors.unknown", kind="coordinate", name="w")),
         ("degrees: {R1: {v: 2}}", "n_nodes: 3", message("study.nodes", nodes=3, degree=3)),
         ("tolerance: 0.05", "except: [[1.5, 1.4]]", message("study.empty", range="[1.5, 1.4]")),
-        ("(Gamma - 1.4)", "(gama - 1.4)", message("errors.near", kind="name", name="gama", near="Gamma")),
+        ("(Gamma - 1.4)", "(gama - 1.4)", message("errors.unknown-near", kind="name", name="gama", near="Gamma")),
         ("name: R1", "name: parametric", message("study.piece-named-as-map", name="parametric")),
     ],
 )

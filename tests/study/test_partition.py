@@ -87,7 +87,7 @@ def test_check_and_run_print_it() -> None:
     [
         ("domains:", "composite: [{name: a, where: v > 0, reset: {v: 1}}]\ndomains:", message("study.two-compositions")),
         ("tolerance: 1e-2", "tolerance: 0", message("errors.greater", name="tolerance", value=0.0, bound=0)),
-        ("tolerance: 1e-2", "tolerence: 1e-2", message("errors.near", near="tolerance")),
+        ("tolerance: 1e-2", "tolerence: 1e-2", message("errors.unknown-near", near="tolerance")),
         ("tolerance: 1e-2", "tolerance: 1e-2, kind: exact", message("errors.unknown", known="closed_form, accurate")),
         ("tolerance: 1e-2", "tolerance: 1e-2, kind: accurate", message("study.figure-of-closed-forms")),
         (
@@ -97,8 +97,8 @@ def test_check_and_run_print_it() -> None:
         ),
         ("partition: {tolerance: 1e-2}\n", "", message("errors.unknown", known="exact")),
         ("map: R1", "map: R99", message("study.no-piece", name="R99")),
-        ("map: R1", "map: attractive", message("errors.near", near="attracting")),
-        ("figures: [words, ", "figures: [words, surfaces, envelops, ", message("errors.near", near="envelopes")),
+        ("map: R1", "map: attractive", message("errors.unknown-near", near="attracting")),
+        ("figures: [words, ", "figures: [words, surfaces, envelops, ", message("errors.unknown-near", near="envelopes")),
     ],
 )
 def test_what_a_partition_cannot_be(old: str, new: str, said: str) -> None:

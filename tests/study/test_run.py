@@ -315,7 +315,7 @@ def test_printed_coefficients_are_a_piece_and_the_run_stands_alone() -> None:
     ):
         load_study("printed.yaml")
     Path("maps/printed.json").write_text(NEAR.replace('"near"', '"nera"'))
-    with pytest.raises(NsmapsError, match=message("errors.near", kind="polynomial", name="near")):
+    with pytest.raises(NsmapsError, match=message("errors.unknown-near", kind="polynomial", name="near")):
         load_study("printed.yaml")
 
 

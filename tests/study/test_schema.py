@@ -54,7 +54,7 @@ def test_a_key_has_one_meaning_in_the_schema_the_command_line_and_errors(tmp_pat
     assert of_slices == {key: row["description"] for key, row in made["$defs"]["SliceSection"]["properties"].items()}
     assert str(table_of("slices")).endswith(f"\n  axis: {of_slices['axis']}")
     assert [line[0] for line in str(table_of("partition")).splitlines() if line and line[0] != " "] == ["p", "I"]  # paragraphs
-    with pytest.raises(NsmapsError, match=message("errors.no-near", kind="section", name="basin", near="basins")):
+    with pytest.raises(NsmapsError, match=message("errors.no-such-near", kind="section", name="basin", near="basins")):
         table_of("basin")
     (tmp_path / "line.yaml").write_text("system: vi_pair\nslices: [{axis: {v: {from: 0, to: 1, points: 3}}}]\n")
     with pytest.raises(StudyError, match=message("study.key-missing", name="at", meaning=of_slices["at"].partition(" (")[0])):

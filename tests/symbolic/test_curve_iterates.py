@@ -145,7 +145,7 @@ def test_d_stays_a_symbol_in_the_coefficients():
         assert iterate.at(d=value)(0.7) == pytest.approx(plain(0.7), abs=1e-13)
     with pytest.raises(NsmapsError, match=message("symbolic.no-piece-named")):
         second_iterate(parametric, 0.2, 0.4)
-    with pytest.raises(NsmapsError, match=message("errors.no", kind="piece", name="P2")):
+    with pytest.raises(NsmapsError, match=message("errors.no-such", kind="piece", name="P2")):
         second_iterate(parametric, 0.2, 0.4, piece="P2")
 
 
@@ -166,13 +166,13 @@ def test_bad_calls_are_errors():
         second_iterate(three, 0.2, 0.4)
     with pytest.raises(NsmapsError, match=message("symbolic.held", name="w")):
         second_iterate(three, {"w": 1.0})
-    with pytest.raises(NsmapsError, match=message("errors.no-near", kind="coordinate", name="ph", near="phi")):
+    with pytest.raises(NsmapsError, match=message("errors.no-such-near", kind="coordinate", name="ph", near="phi")):
         second_iterate(POLY23, variable="ph")
     with pytest.raises(NsmapsError, match=message("symbolic.absolute", name="v")):
         second_iterate(POLY23.model_copy(update={"absolute": ("v",)}))
     with pytest.raises(NsmapsError, match=message("symbolic.symbols", first="b_0")):
         second_iterate(POLY23)(0.5)
-    with pytest.raises(NsmapsError, match=message("errors.no-near", kind="symbol", name="c_0", near="b_0")):
+    with pytest.raises(NsmapsError, match=message("errors.no-such-near", kind="symbol", name="c_0", near="b_0")):
         second_iterate(POLY23).at(c_0=1)
     with pytest.raises(NsmapsError, match=message("symbolic.no-value")):
         second_iterate(POLY23, held=[])

@@ -56,7 +56,7 @@ def test_a_word_of_regions_is_read_from_the_left():
         compose_pieces(composite, ["R3", "R1"])
     with pytest.raises(NsmapsError, match=message("symbolic.word", word="R1")):
         compose_pieces(composite, "R1")
-    with pytest.raises(NsmapsError, match=message("errors.no", kind="piece", name="R4")):
+    with pytest.raises(NsmapsError, match=message("errors.no-such", kind="piece", name="R4")):
         compose_pieces(composite, ["R4"])
 
 
@@ -106,9 +106,9 @@ def test_general_coefficients_and_refusals():
         symbolic_iterate(PLANE, 4)
     with pytest.raises(NsmapsError, match=message("errors.value", name="n_iterates", value=0)):
         symbolic_iterate(PLANE, 0)
-    with pytest.raises(NsmapsError, match=message("errors.no", kind="symbol", name="d")):
+    with pytest.raises(NsmapsError, match=message("errors.no-such", kind="symbol", name="d")):
         symbolic_iterate(PLANE, 1).at(d=1)
-    with pytest.raises(NsmapsError, match=message("errors.no", kind="coordinate", name="w")):
+    with pytest.raises(NsmapsError, match=message("errors.no-such", kind="coordinate", name="w")):
         symbolic_iterate(PLANE, 1).alpha("w")
     with pytest.raises(NsmapsError, match=message("symbolic.piece-of", name="R1", map="PolyMap")):
         symbolic_iterate(PLANE, 1, piece="R1")

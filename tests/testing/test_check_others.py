@@ -114,7 +114,7 @@ def test_trial_states_of_a_region_may_be_given():
     with pytest.raises(CheckError, match=message("testing.no-state-in-region", number=10000, cls="Disc")):
         check_region(small)
     check_region(small, [[0.5, 1.0], [0.6, 1.0]])
-    with pytest.raises(CheckError, match=message("testing.not-a-region", given="'v > 0'")):
+    with pytest.raises(CheckError, match=message("testing.not-a", kind="region", base="Region", given="'v > 0'")):
         check_region("v > 0")
 
 
@@ -239,7 +239,7 @@ def test_families_pass():
     check_family(
         WordFamily(name="BB", words=("BB",)), nsmaps.load_system("bouncing_ball", Gamma=1.2, r=0.5), [[4.0, 0.5], [0.3, 1.0]]
     )
-    with pytest.raises(CheckError, match=message("testing.not-a-family", given="'right'")):
+    with pytest.raises(CheckError, match=message("testing.not-a", kind="family", base="ReturnFamily", given="'right'")):
         check_family("right", Pair())
 
 
@@ -403,5 +403,5 @@ def test_a_fit_that_is_none(fit, why):
     check_polyfit(Even())
     with pytest.raises(CheckError, match=why):
         check_polyfit(fit())
-    with pytest.raises(CheckError, match=message("testing.not-a-fit")):
+    with pytest.raises(CheckError, match=message("testing.not-a", kind="fit", base="PolyFit")):
         check_polyfit(fit)
