@@ -119,6 +119,12 @@ def test_numbers_are_no_text_and_counts_are_not_negative(name: str) -> None:
         assert isinstance(error_of(name, (), given | {key: -1}), nsmaps.NsmapsError)
 
 
+@pytest.mark.parametrize("rng", [-1, [1, -2]])
+def test_numbers_that_seed_are_not_negative(rng: Any) -> None:
+    with pytest.raises(nsmaps.NsmapsError, match=r"^rng is .*numbers of at least 0, as in noisy_orbits\("):
+        nsmaps.noisy_orbits(MAP, START, nsmaps.Noise(sigma=0.01), n_returns=4, n_realisations=2, rng=rng)
+
+
 @pytest.mark.parametrize("name", [name for name, (args, _) in CALLS.items() if len(args) > 1 and name != "dynamics.hausdorff"])
 def test_another_order_of_arguments_is_an_error_of_nsmaps(name: str) -> None:
     args, options = CALLS[name]

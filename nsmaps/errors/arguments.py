@@ -16,6 +16,7 @@ from nsmaps.errors import NsmapsError
 P = ParamSpec("P")
 R = TypeVar("R")
 COUNTS = ("n_", "max_", "tolerance", "transient")  #: how names begin of what is not negative
+SEED = "rng"  #: whose numbers are not negative either
 WORDS = {int: "a whole number", float: "a number", str: "text", bool: "True or False", NoneType: "None"}
 
 
@@ -40,7 +41,7 @@ def checked(call: Callable[P, R]) -> Callable[P, R]:
 def with_arguments(call: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R:
     """What a function returns, or NsmapsError for an argument of another kind than its annotation."""
     for each, value in _given(call, args, kwargs):
-        if each.first and (not fits(value, each.kind) or _is_below(each, value)):
+        if (each.first and not fits(value, each.kind)) or _is_below(each, value):
             raise NsmapsError(_fault(call, each, value))
     try:
         return call(*args, **kwargs)
@@ -54,7 +55,9 @@ def with_arguments(call: Callable[P, R], *args: P.args, **kwargs: P.kwargs) -> R
 
 
 def _is_below(argument: Argument, value: Any) -> bool:
-    """Whether a count or a tolerance is negative."""
+    """Whether a count, a tolerance or a number that seeds is negative."""
+    if argument.name == SEED:
+        return any(isinstance(number, Integral) and number < 0 for number in (value if isinstance(value, Sequence) else (value,)))
     return argument.kind in (int, float) and argument.name.startswith(COUNTS) and value < 0
 
 
@@ -157,7 +160,7 @@ def _given(call: Callable[..., Any], args: tuple[Any, ...], kwargs: Mapping[str,
 def _fault(call: Callable[..., Any], wrong: Argument, value: Any) -> str:
     """What is wrong with an argument, what is expected, and how the function is called."""
     order = [name for name, each in signature(call).parameters.items() if each.kind is Parameter.POSITIONAL_OR_KEYWORD]
-    least = " of at least 0" if wrong.name.startswith(COUNTS) else ""
+    least = " of at least 0" if wrong.name.startswith(COUNTS) else ", numbers of at least 0" if wrong.name == SEED else ""
     return f"{wrong.name} is {value!r:.80}; expected: {described(wrong.kind)}{least}, as in {call.__name__}({', '.join(order)})"
 
 

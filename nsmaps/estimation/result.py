@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.errors import NsmapsError
+from nsmaps.errors.arguments import checked
 from nsmaps.estimation.records import Record
 from nsmaps.results import NONE, Result, array, array_property
 
@@ -146,6 +147,7 @@ class Estimate(Result):
             raise NsmapsError(f"there is no record {record}; expected: below {len(self.last_states)}, counted from 0")
         return self.last_states[record]
 
+    @checked
     def draws(self, n_draws: int, rng: int | np.random.Generator = 0) -> Floats:
         """Parameters drawn from the normal distribution of the estimates within their bounds, shape (n_draws, P).
 
