@@ -6,6 +6,7 @@ shares of the extent of the motion on the first orbit. On the curve each x_k is 
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from inspect import unwrap
 
 import numpy as np
 
@@ -224,8 +225,9 @@ def parameter_rates(
 
     return_map = map_of(value) if return_map is None else return_map
     assert isinstance(return_map, ExactMap | System)
-    if isinstance(map_of, Along) and map_of.second is None and map_of.parameter in return_map.parameter_names():
-        return {name: float(name == map_of.parameter) for name in return_map.parameter_names()}
+    along = unwrap(map_of)  # of a cache
+    if isinstance(along, Along) and along.second is None and along.parameter in return_map.parameter_names():
+        return {name: float(name == along.parameter) for name in return_map.parameter_names()}
     known = np.abs(parameters(return_map))
     rates = derivative_of(lambda value: parameters(map_of(value)), value, unit, np.where(known == 0, 1.0, known))
     return dict(zip(return_map.parameter_names(), rates.tolist(), strict=True))
