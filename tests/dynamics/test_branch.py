@@ -330,6 +330,16 @@ def test_an_event_at_an_orbit_of_the_branch_is_told_once(step):
     assert only(branch, "period doubling").value == pytest.approx(1, abs=1e-12)
 
 
+def test_a_step_to_the_cycle_of_half_the_period_ends_a_branch():
+    """The states of the doubled cycle solve x^2 - 0.7 x + 0.49 = a; it is born at a = 3 (1 - 0.3)^2/4, next to the start."""
+    value, within = 0.3676, (0.3665, 0.3677)
+    x = np.roots([1, -0.7, 0.49 - value])
+    cycle = nsmaps.periodic_orbit(Plane(value, "henon"), [x, x[::-1]], 2, scale=[30, 30])
+    back = continue_branch(lambda a: Plane(a, "henon"), "a", cycle, value, within, direction="down", step=0.05)
+    assert back.ended == "period halving"
+    assert only(back, "period halving").value == pytest.approx(0.3675, abs=1e-12)
+
+
 @pytest.mark.thorough
 def test_a_doubled_branch_leads_back_to_where_it_began():
     """Also by its own steps, which meet that place, a = 3 (1 - 0.3)^2/4, as exactly as Newton's method can."""

@@ -27,6 +27,7 @@ DEFICIENT = 0.01  #: share of the least singular value beside a point, below whi
 TURNS = "the branch turns back, as the two halves of a pitchfork do"
 ASIDE = 1e-2  #: share of the distance of two neighbours, within which halves of a cycle coincide
 AFFINE = "degenerate: the pieces are affine, and a segment of states has twice the period, at this value alone"
+MERGED = 1e-4  #: share of the distance of the halves of a cycle, below which a step has led to the cycle that both are
 COARSEST = 1e-8  #: share of the parameter's range, to which an event must be located
 
 
@@ -115,7 +116,7 @@ def between(curve: OrbitCurve, step: Step[OrbitPoint], kinds: Collection[str]) -
     passed = {kind for kind, (a, b) in ends.items() if (a * b < 0 or a != 0 == b) and max(abs(a), abs(b)) > CONSERVED}
     if FOLD in passed:
         passed.discard(BRANCH_POINT)
-    if passed & {FOLD, BRANCH_POINT} and swapped(curve, step.start, step.end):
+    if (passed & {FOLD, BRANCH_POINT} and swapped(curve, step.start, step.end)) or merged(curve, step):
         passed = {HALVING}
     for kind in passed & {*kinds, HALVING}:
         turns = False
@@ -173,6 +174,15 @@ def swapped(curve: OrbitCurve, at: OrbitPoint, new: OrbitPoint) -> bool:
     rolled = curve.y(np.roll(new.orbit.states, q // 2, axis=0), new.value)
     other, same = (float(np.linalg.norm(curve.difference(at.y, y))) for y in (rolled, new.y))
     return q % 2 == 0 and other < (1 + ASIDE) * same  # or coincide, where they change places
+
+
+def merged(curve: OrbitCurve, step: Step[OrbitPoint]) -> bool:
+    """True if the halves of a cycle coincide at the end of a step, which has led to the cycle of half the period."""
+    if curve.period % 2:
+        return False
+    halves = (np.split(each.orbit.states, 2) for each in (step.start, step.end))
+    start, end = (np.abs(curve.coordinates.difference(*pair) / curve.scale).max() for pair in halves)
+    return bool(end < MERGED * start > MERGED * curve.tolerance)
 
 
 def halving(curve: OrbitCurve, step: Step[OrbitPoint]) -> tuple[float, OrbitPoint, float] | None:

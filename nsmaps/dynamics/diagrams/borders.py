@@ -1,7 +1,7 @@
 """The end of a stable cycle as a parameter changes: the cycle itself is followed, not the orbits that approach it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -133,8 +133,6 @@ class CycleSearch:
             reach *= 2
             far = at.value + way * min(reach, abs(limit - at.value))
             branch = self._branch(at, far)
-            if halved := self._halved(at, branch, spacing):
-                return halved
             event = next((event for event in branch.events if event.kind in (HALVING, *TESTS)), None)
             held = int(np.argmin([*(branch.stable == True), False]))  # noqa: E712
             if event is not None and held >= len(branch.values) - 1:
@@ -161,16 +159,6 @@ class CycleSearch:
         value = event.value + ASIDE * spacing
         half = self.at(value, event.orbit.states[: self._part(event.orbit)])
         return None if half is None else Located(value, half)
-
-    def _halved(self, at: Located, branch: Branch, spacing: float) -> End | None:
-        """Where a cycle takes half its period, if a step of its branch leads to this: at the doubling of the cycle of half."""
-        for value, cycle in zip(branch.values.tolist(), branch.orbits, strict=True):
-            if len(cycle.states) % 2 == 0 and self._part(cycle) == len(cycle.states) // 2:
-                half = self.at(value, cycle.states[: len(cycle.states) // 2])
-                found = self.end(Located(value, half), at.value, spacing) if half is not None else None
-                if half is not None and found is not None and found.border.kind == DOUBLING:
-                    return End(replace(found.border, kind=HALVING), half=Located(value, half))
-        return None
 
     def _branch(self, at: Located, far: float) -> Branch:
         cycle = PeriodicOrbit(at.cycle.returns, at.cycle.tolerance, self.scale)
