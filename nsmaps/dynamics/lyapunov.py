@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import Coordinates, StateLike, WithCoordinates, as_starts
 from nsmaps.dynamics.exponents.growth import batch_error, growth_of, last_outcome
-from nsmaps.dynamics.returnmap import Model, check_values, followed, map_along, starts_under
+from nsmaps.dynamics.returnmap import Model, check_values, followed, map_along, reasons_over, starts_under
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.returnmap import ReturnMap
-from nsmaps.parallel import NOT_COMPUTED, SERIAL, Arrays, Parallel, divides, names_among, names_as_arrays
+from nsmaps.parallel import SERIAL, Arrays, Parallel, divides, names_among, names_as_arrays
 from nsmaps.results import NONE, Result, array, array_property, range_text, units_of
 
 BATCHES = 32  #: of successive returns, whose means determine the standard error
@@ -226,12 +226,7 @@ def lyapunov(
 
 def _over_all(along: Floats, blocks: list[tuple[NDArray[np.int64], Arrays]]) -> dict[str, Any]:
     """The coordinates, and reasons and exponents at all values, from the arrays at some of them, by their indices."""
-    reasons = np.full(len(along), NOT_COMPUTED, object)
-    for cut, part in blocks:
-        reasons[cut] = part["reasons"]
-    known = next((part for _, part in blocks if "exponents" in part), None)
-    if known is None:
-        raise NsmapsError(f"there is no map at any of {len(along)} values; at {along[0]:g}: {reasons[0]}")
+    reasons, known = reasons_over(along, blocks)
     tables: Arrays = {}
     for name in TABLES:
         own = known[name]

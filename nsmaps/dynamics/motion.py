@@ -1,6 +1,6 @@
 """Kinds of motion: the period of an attractor, and its name n:m/pT from the words of its returns."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from math import gcd
 
 import numpy as np
@@ -22,9 +22,8 @@ _MARKS = (CHATTER, REST)
 _RESTING = (*_MARKS, LONGER)
 _SPELLED = 3  #: largest number of words by which a motion is named
 _LETTERS = 12  #: largest length of a word by which a motion is named
-SAME_TIME = (
-    1e-5  #: largest relative difference of the times of two periods: in the midst of chatter each is shorter than the last
-)
+#: largest relative difference of the times of two periods: in the midst of chatter each is shorter than the last
+SAME_TIME = 1e-5
 
 
 def repetition(states: Floats, codes: Ints, coordinates: Coordinates, tolerance: ArrayLike, time: Floats | None = None) -> int:
@@ -122,8 +121,13 @@ def _counted(word: str, alphabet: Alphabet) -> tuple[int, int] | None:
 
 def _by_word(words: Sequence[str], turns: int, period: int, alphabet: Alphabet) -> str:
     """The name by the word of one period, the least of its rotations; a long one is left out."""
-    word = min((joined([*words[k:], *words[:k]], alphabet) for k in range(len(words))), default="")
+    word = min((joined(each, alphabet) for each in rotations(words)), default="")
     return _in_returns(word if len(word) <= _LETTERS else "", turns, period)
+
+
+def rotations(words: Sequence[str]) -> Iterator[tuple[str, ...]]:
+    """The words of a period, from each of them on."""
+    return ((*words[k:], *words[:k]) for k in range(len(words)))
 
 
 def has_rest(word: str) -> bool:
@@ -161,7 +165,7 @@ def _spelled(words: Sequence[str], turns: int) -> str:
     if len(words) > _SPELLED:
         name = " ".join(sorted({word for word in words if any(mark in word for mark in _RESTING)}))
     else:
-        name = " ".join(min(([*words[k:], *words[:k]] for k in range(len(words))), default=[]))
+        name = " ".join(min(rotations(words), default=()))
     return _in_returns(name, turns, len(words))
 
 

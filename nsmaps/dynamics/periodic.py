@@ -1,7 +1,8 @@
 """Periodic orbits of return maps by Newton's method."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -133,10 +134,7 @@ class PeriodicOrbit(Result):
     @cached_property
     def derivative(self) -> Floats:
         """The derivative of the q-th return at the first state, shape (n, n)."""
-        product = np.eye(self.states.shape[1])
-        for step in self._derivatives:
-            product = step @ product
-        return product
+        return product_of(self._derivatives)
 
     @cached_property
     def multipliers(self) -> NDArray[np.complex128]:
@@ -151,6 +149,11 @@ class PeriodicOrbit(Result):
     def stable(self) -> bool | None:
         """True if every multiplier lies within the unit circle; None where the multipliers are unknown."""
         return stability(self.multipliers)
+
+
+def product_of(derivatives: Iterable[Floats]) -> Floats:
+    """The derivative of successive returns, from those of each."""
+    return reduce(lambda so_far, each: each @ so_far, derivatives)
 
 
 def least_period(states: Floats, coordinates: Coordinates, scale: Floats, share: float = SAME) -> int:

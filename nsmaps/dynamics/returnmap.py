@@ -1,9 +1,10 @@
 """Return maps as functions of parameters: the map at values, or the reason why there is none, and sweeps."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from nsmaps.arrays import Floats
@@ -14,6 +15,7 @@ from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.surfaces.along import Along
 from nsmaps.exact.systems.parameters import System
 from nsmaps.files.complaints import explained
+from nsmaps.parallel import NOT_COMPUTED, Arrays
 from nsmaps.progress import beat
 
 
@@ -40,6 +42,12 @@ def check_range(value: float, bounds: tuple[float, float]) -> None:
     low, high = bounds
     if not low <= value <= high or not low < high:
         raise NsmapsError(f"the value {value:g} is not between {low:g} and {high:g}; expected: bounds that contain it")
+
+
+def check_steps(step: float, least: float, max_points: int) -> None:
+    """NsmapsError unless a branch or a curve has a longest step above ten times the shortest, and one orbit or more."""
+    if not 10 * least < step <= 1 or max_points < 1:
+        raise NsmapsError(f"{max_points} orbits, step {step:g}; expected: at least one orbit, a step up to 1")
 
 
 Model = System | CompleteChatter | Callable[..., ReturnMap]  #: a map with parameters, or a function of their values
@@ -71,6 +79,31 @@ def map_or_reason(map_of: Callable[..., ReturnMap], *values: float) -> tuple[Ret
     return ReturnMap.require(return_map, "returns"), ""
 
 
+def first_map(map_of: Callable[..., ReturnMap], values: Floats, what: str = "values") -> ReturnMap:
+    """The first map that there is at values of parameters, shape (V, P). NsmapsError if there is none."""
+    reason = ""
+    for each in values.tolist():
+        found, why = map_or_reason(map_of, *each)
+        if found is not None:
+            return found
+        reason = reason or f"at {', '.join(f'{value:g}' for value in each)}: {why}"
+    raise NsmapsError(f"there is no map at any of {len(values)} {what}; {reason}")
+
+
+def reasons_over(values: Floats, blocks: Sequence[tuple[NDArray[np.int64], Arrays]]) -> tuple[NDArray[np.object_], Arrays]:
+    """The reasons of no map at all values, from the arrays at some of them, by their indices; and the first arrays with a map.
+
+    NsmapsError if there is no map at any value.
+    """
+    reasons = np.full(len(values), NOT_COMPUTED, object)
+    for cut, part in blocks:
+        reasons[cut] = part["reasons"]
+    known = next((part for _, part in blocks if (part["reasons"] == "").any()), None)
+    if known is None:
+        raise NsmapsError(f"there is no map at any of {len(values)} values; at {values[0]:g}: {reasons[0]}")
+    return reasons, known
+
+
 def starts_under(map_of: Callable[..., ReturnMap], values: Floats, starts: StateLike) -> Floats:
     """The starts of a sweep as an array; those by name in the order of the coordinates of the first map that there is.
 
@@ -80,11 +113,7 @@ def starts_under(map_of: Callable[..., ReturnMap], values: Floats, starts: State
     """
     if not isinstance(starts, Mapping):
         return as_numbers(starts, ("the coordinates",))
-    found = (map_or_reason(map_of, *np.atleast_1d(value).tolist()) for value in values)
-    return_map = next((formulas for formulas, _ in found if formulas is not None), None)
-    if return_map is None:
-        raise NsmapsError(f"there is no map at any of {len(values)} values, whose coordinates a start by name has")
-    return as_starts(starts, return_map.coordinates)
+    return as_starts(starts, first_map(map_of, values[:, None]).coordinates)
 
 
 def _in_words(error: ValueError) -> str:

@@ -304,7 +304,7 @@ def test_the_dataset_has_every_quantity():
     ("change", "error", "text"),
     [
         ({"values": [np.nan]}, NsmapsError, message("errors.shape", what="the values have", shape="(1,)")),
-        ({"values": [0.11, 0.12]}, NsmapsError, message("dynamics.no-map", number=2, value=0.12, reason="p is 0.12")),
+        ({"values": [0.11, 0.12]}, NsmapsError, message("dynamics.no-map", number=2, value=0.11, reason="p is 0.11")),
         ({"box": {"y": (0, 1)}}, StateError, message("coordinates.box-foreign", given="y", name="y")),
         ({"n_samples": 0}, NsmapsError, message("dynamics.samples", number=0)),
         ({"step": 0.0}, NsmapsError, message("dynamics.samples", step=0.0)),

@@ -16,10 +16,8 @@ from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.interrupts import Interrupted
 from nsmaps.progress import Progress
 
-PARTS, SHARE = (
-    4,
-    8,
-)  #: last parts of an orbit that has not arrived, whose distances from cycles are compared, and its returns in one
+PARTS = 4  #: last parts of an orbit that has not arrived, whose distances from cycles are compared
+SHARE = 8  #: such a part is this share of the returns of the orbit
 UNRESOLVED, ENDED = -1, -2  #: labels of starts that reach no attractor, and of those whose orbit ends
 
 

@@ -17,7 +17,7 @@ from nsmaps.dynamics.attractors.coexistence import numbered
 from nsmaps.dynamics.attractors.continued import GlobalContinuation
 from nsmaps.dynamics.attractors.kicks import Kicks, nonlocal_stability
 from nsmaps.dynamics.attractors.quantifiers import Function, Quantifier, quantified, quantifiers_of
-from nsmaps.dynamics.returnmap import check_values, map_along, map_or_reason
+from nsmaps.dynamics.returnmap import check_values, first_map, map_along, map_or_reason
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.parameters import System
@@ -80,7 +80,8 @@ def global_continuation(
     """
     map_of, along = map_along(system, parameter), np.sort(np.atleast_1d(np.asarray(values, float)))
     _check(along, n_samples, step)
-    coordinates, units = _coordinates(map_of, along)
+    some = first_map(map_of, along[:, None])
+    coordinates, units = Coordinates(some.coordinates), units_of(some)
     ends = as_box(box, coordinates, whole_turn=True)
     unit = np.array(np.broadcast_to(np.ptp(ends, axis=1) if scale is None else np.asarray(scale, float), len(ends)))
     if not (np.isfinite(unit) & (unit > 0)).all():
@@ -103,15 +104,6 @@ def _check(values: Floats, samples: int, step: float) -> None:
     check_values(values)
     if samples < 1 or not step > 0:
         raise NsmapsError(f"{samples} samples, a step of {step}; expected: at least 1 sample, a step above 0")
-
-
-def _coordinates(map_of: Callable[[float], ReturnMap], values: Floats) -> tuple[Coordinates, dict[str, str]]:
-    """The coordinates of the first map that there is, and its units."""
-    for value in values.tolist():
-        return_map, reason = map_or_reason(map_of, value)
-        if return_map is not None:
-            return Coordinates(return_map.coordinates), units_of(return_map)
-    raise NsmapsError(f"there is no map at any of {len(values)} values; at {values[-1]:g}: {reason}")
 
 
 @dataclass(slots=True, eq=False)

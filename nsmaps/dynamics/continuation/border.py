@@ -7,16 +7,16 @@ of real multipliers above 1, and below -1: M. di Bernardo, M. I. Feigin, S. J. H
 (1999) 1881.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Bools, Floats
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
-from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
+from nsmaps.dynamics.motion import rotations
+from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit, product_of
 from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
@@ -151,8 +151,7 @@ def _near(curve: OrbitCurve, return_map: ReturnMap, guess: Floats) -> PeriodicOr
 
 def _cyclic(orbit: PeriodicOrbit) -> tuple[str, ...]:
     """The words of an orbit, from the return on with which they are first in the alphabet."""
-    words = orbit.words
-    return min((*words[k:], *words[:k]) for k in range(len(words)))
+    return min(rotations(orbit.words))
 
 
 def _kinked(curve: OrbitCurve, orbit: PeriodicOrbit, own: PeriodicOrbit) -> bool:
@@ -178,12 +177,12 @@ def beside(curve: OrbitCurve, point: OrbitPoint, return_map: ReturnMap, distance
     pieces, jumps, words, passes = dict[tuple[int, ...], Piece](), False, False, False
     for k in range(q):
         tried = return_map.first_return(curve.coordinates.wrap(returns.start[k] + steps), derivative=True)
-        own = _product([returns.derivative[j % q] for j in range(k, k + q)])
+        own = product_of([returns.derivative[j % q] for j in range(k, k + q)])
         joining = _Joining(curve, return_map, returns, k, tried, NEAR * np.sqrt(distance), kinks)
         jumps, words = jumps or joining.jumps, words or bool((tried.codes != returns.codes[k])[tried.valid].any())
         passes = passes or bool(joining.passed.any())
         for row, states, derivative, ahead in joining.rows():
-            whole = _product([derivative, *(returns.derivative[j % q] for j in range(k + ahead, k + q))])
+            whole = product_of([derivative, *(returns.derivative[j % q] for j in range(k + ahead, k + q))])
             kind = k, ahead, len(states), int(tried.codes[row])
             if kind not in pieces and len(pieces) == PIECES:
                 continue
@@ -197,11 +196,6 @@ def beside(curve: OrbitCurve, point: OrbitPoint, return_map: ReturnMap, distance
                 mirror[0] -= steps[row]
                 piece.mirrored.append(mirror)
     return Border(tuple(pieces.values()), jumps, words, passes)
-
-
-def _product(derivatives: Sequence[Floats]) -> Floats:
-    """The derivative of successive returns."""
-    return reduce(lambda so_far, each: each @ so_far, derivatives)
 
 
 class _Joining:

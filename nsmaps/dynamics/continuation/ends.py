@@ -241,11 +241,8 @@ def _rest_time(grown: GrowingBranch, value: float) -> float:
     NaN where the words are others. All states that come to rest are released at one instant: those of earlier orbits rest for
     longer, and so at other values too.
     """
-    return_map, codes, k = (
-        map_or_reason(grown.curve.map_of, value)[0],
-        grown.points[-1].orbit.returns.codes,
-        grown.curve.resting[0],
-    )
+    return_map, _ = map_or_reason(grown.curve.map_of, value)
+    codes, k = grown.points[-1].orbit.returns.codes, grown.curve.resting[0]
     if not isinstance(return_map, ExactMap):
         return np.nan
     points = grown.points[: -LAST_POINTS - 1 : -RELEASE_EVERY]

@@ -27,7 +27,7 @@ from nsmaps.dynamics.continuation.infinity import infinity_met
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint, curve_from
 from nsmaps.dynamics.continuation.shrinking import SMALLEST
 from nsmaps.dynamics.periodic import PeriodicOrbit, dependent
-from nsmaps.dynamics.returnmap import Model, check_range, map_along
+from nsmaps.dynamics.returnmap import Model, check_range, check_steps, map_along
 from nsmaps.errors import NsmapsError, check_choice, check_class
 from nsmaps.progress import shows
 
@@ -288,8 +288,7 @@ def _extent(
     bounds: tuple[float, float], value: float, step: float, max_points: int, until: Collection[str], kinds: Collection[str]
 ) -> _Extent:
     check_range(value, bounds)
-    if not 10 * SMALLEST < step <= 1 or max_points < 1:
-        raise NsmapsError(f"{max_points} orbits, step {step:g}; expected: at least one orbit, a step up to 1")
+    check_steps(step, SMALLEST, max_points)
     if unknown := set(kinds) - set(TESTS):
         raise NsmapsError(f"unknown kinds of events {', '.join(sorted(unknown))!r}; expected: {', '.join(TESTS)}")
     return _Extent(step, max_points, until, {*kinds, *until})

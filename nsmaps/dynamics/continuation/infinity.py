@@ -25,10 +25,8 @@ def infinity_met(
     return_map = curve.map_of(last.value)
     if not (np.abs(last.y[:-1]).max() > LARGE and return_map.is_affine):
         return None
-    at, states = (
-        AtBorder((), (), (), pieces_of(return_map, last), (), np.zeros((2, *last.orbit.states.shape)), ()),
-        last.orbit.states,
-    )
+    states = last.orbit.states
+    at = AtBorder((), (), (), pieces_of(return_map, last), (), np.zeros((2, *states.shape)), ())
 
     def singular(value: float) -> float:
         returns = at.prolonged(curve.map_of(value), 0).first_return(states, derivative=True)

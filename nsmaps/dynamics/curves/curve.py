@@ -19,7 +19,7 @@ from nsmaps.dynamics.curves.crossing import CrossingCurve
 from nsmaps.dynamics.curves.problem import CriticalCurve, CriticalPoint, Kind, Side, off_piece
 from nsmaps.dynamics.curves.special import ONE, TWO, Search, SpecialPoint, everywhere
 from nsmaps.dynamics.periodic import periodic_orbit
-from nsmaps.dynamics.returnmap import Model, check_range, map_along, map_or_reason
+from nsmaps.dynamics.returnmap import Model, check_range, check_steps, map_along, map_or_reason
 from nsmaps.errors import NsmapsError, check_class
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.parameters import System
@@ -31,10 +31,7 @@ SMALLEST = 1e-7  #: step at which a curve is abandoned
 LEAST = 1e-4  #: clearance at which curves of grazes and borders are followed, in the units of branches
 MOST = 3e-4  #: clearance of an orbit beside a graze or a border from which such a curve is begun
 NEARER = {"grazing": (2, 4), "border collision": (8, 64, 128, 256)}  #: fractions of it, from which parameters are extrapolated
-ASIDE = (
-    1e-8,
-    0.1,
-)  #: distances from it, in units of the first parameter's range, within which that orbit is looked for
+ASIDE = 1e-8, 0.1  #: distances, in units of the first parameter's range, within which an orbit beside it is looked for
 JUST_BEYOND = 1e-6  #: distance from an orbit at a border, in scales of the coordinates, to states of the other piece
 JUMP = 1e-3  #: of an image or a derivative between them, in this scale, from one piece of the map to another
 Bounds = tuple[float, float]
@@ -293,5 +290,4 @@ def _sides(return_map: ReturnMap, states: Floats, side: Side) -> tuple[Side, ...
 def _check(event: BifurcationPoint, second: float, bounds: tuple[Bounds, Bounds], step: float, max_points: int) -> None:
     for value, ends in zip((event.value, second), bounds, strict=True):
         check_range(value, ends)
-    if not 10 * SMALLEST < step <= 1 or max_points < 1:
-        raise NsmapsError(f"{max_points} orbits, step {step:g}; expected: at least one orbit, a step up to 1")
+    check_steps(step, SMALLEST, max_points)

@@ -8,7 +8,6 @@ graze a clearance, at a border the distance of a state from states of other word
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import reduce
 from typing import Literal
 
 import numpy as np
@@ -16,7 +15,7 @@ import numpy as np
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.dynamics.continuation.pieces import AtBorder
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
-from nsmaps.dynamics.periodic import PeriodicOrbit
+from nsmaps.dynamics.periodic import PeriodicOrbit, product_of
 from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
@@ -166,8 +165,7 @@ class CriticalCurve:
         if self.least or self.side is not None:
             return self.clearance(return_map, returns.start.reshape(shape)) - self.least
         assert returns.derivative is not None
-        first, *others = returns.derivative.reshape(*shape, shape[-1]).swapaxes(0, 1)
-        whole = reduce(lambda so_far, each: each @ so_far, others, first)
+        whole = product_of(returns.derivative.reshape(*shape, shape[-1]).swapaxes(0, 1))
         if self.kind != "Neimark-Sacker":
             one = 1.0 if self.kind == "period doubling" else -1.0
             return np.asarray(np.linalg.det(whole + one * np.eye(shape[-1])))

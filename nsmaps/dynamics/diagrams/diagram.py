@@ -12,11 +12,11 @@ from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.dynamics.diagrams.names import ResolvedMotion, open_ends
 from nsmaps.dynamics.diagrams.parts import Block, attractors_at
 from nsmaps.dynamics.motion import ESCAPE, UNRESOLVED
-from nsmaps.errors import NsmapsError
+from nsmaps.dynamics.returnmap import reasons_over
 from nsmaps.exact.outcome import OUTCOMES, Outcome
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.words import words_of
-from nsmaps.parallel import NOT_COMPUTED, SERIAL, Parallel, names_among
+from nsmaps.parallel import SERIAL, Parallel, names_among
 from nsmaps.results import NONE, RETURNS, TURNS, Result, array, array_property, range_text
 
 NAMED = 6  #: motions in the text of a diagram
@@ -169,12 +169,7 @@ def diagram_so_far(parameter: str, values: Floats, starts: Floats, blocks: list[
 
 def unnamed(parameter: str, values: Floats, starts: Floats, blocks: list[Block]) -> Unnamed:
     """The diagram over all values from the results at some of them."""
-    reasons = np.full(len(values), NOT_COMPUTED, object)
-    for cut, _, part in blocks:
-        reasons[cut] = part["reasons"]
-    some = next((part for *_, part in blocks if "states" in part), None)
-    if some is None:
-        raise NsmapsError(f"there is no map at any of {len(values)} values; at {values[0]:g}: {reasons[0]}")
+    reasons, some = reasons_over(values, [(cut, part) for cut, _, part in blocks])
     shape = len(values), len(starts), *some["states"].shape[2:]
     tables: dict[str, Any] = {
         "states": np.full(shape, np.nan),

@@ -12,6 +12,7 @@ from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 
 SINGULAR = 4 * np.finfo(float).eps  #: share of Hadamard's bound at which a determinant is rounding
+ALIGN = 50  #: returns in which a tangent vector turns into the direction that grows fastest
 BLOCK = 100_000  #: returns of a compiled loop, of all states together, so that memory stays small
 
 
@@ -39,16 +40,29 @@ def growth_of(return_map: ReturnMap, states: Floats, frames: Floats, n: int) -> 
 
 def _carried(returns: Returns, frames: Floats) -> Growth:
     """The growth of frames in returns of M states, in the order of `ReturnMap.orbits`, by modified Gram-Schmidt."""
-    from nsmaps.dynamics.exponents.frames import carried
-
     m, dim, frames = len(frames), frames.shape[1], frames.copy()
     n = len(returns) // m if m else 1
-    growth, slopes = np.empty((n, m, dim)), np.ascontiguousarray(returns.slopes).reshape(n, m, dim, dim)
-    carried(slopes, frames, growth)
+    slopes = returns.slopes.reshape(n, m, dim, dim)
+    growth = carry_frames(slopes, frames)
     with np.errstate(divide="ignore", invalid="ignore"):
         log_det = np.log(determinants(slopes))
     time, numbers, outcome = returns.time.reshape(n, m), returns.numbers.reshape(n, m), returns.outcome.reshape(n, m)
     return Growth(returns.image[len(returns) - m :], frames, growth, log_det, time, numbers, outcome)
+
+
+def carry_frames(slopes: Floats, frames: Floats) -> Floats:
+    """Carry frames (M, dim, dim) through derivatives (n, M, dim, dim), in place: the logarithms of their growth, (n, M, dim)."""
+    from nsmaps.dynamics.exponents.frames import carried
+
+    growth = np.empty(slopes.shape[:-1])
+    carried(np.ascontiguousarray(slopes), frames, growth)
+    return growth
+
+
+def tangent_growth(slopes: Floats) -> Floats:
+    """The logarithms of the growth of a tangent vector by derivatives (n, M, dim, dim), once it has turned, shape (K, M)."""
+    n, m, dim, _ = slopes.shape
+    return carry_frames(slopes, np.tile(np.eye(dim), (m, 1, 1)))[min(ALIGN, n // 2) :, :, 0]
 
 
 def determinants(slopes: Floats) -> Floats:

@@ -8,7 +8,7 @@ import numpy as np
 from nsmaps.arrays import Floats
 from nsmaps.dynamics.limits.path import Path
 from nsmaps.dynamics.motion import ESCAPE, UNRESOLVED, label
-from nsmaps.dynamics.periodic import PeriodicOrbit
+from nsmaps.dynamics.periodic import PeriodicOrbit, product_of
 from nsmaps.exact.words import Alphabet, words_of
 
 
@@ -88,10 +88,7 @@ def largest_multiplier(slopes: Floats | None) -> float:
     """The magnitude of the largest multiplier of a cycle, from the derivatives of its returns (K, n, n); NaN without these."""
     if slopes is None or not np.isfinite(slopes).all():
         return np.nan
-    product = slopes[0]
-    for slope in slopes[1:]:
-        product = slope @ product
-    return float(np.abs(np.linalg.eigvals(product)).max(initial=0.0))
+    return float(np.abs(np.linalg.eigvals(product_of(slopes))).max(initial=0.0))
 
 
 @lru_cache(maxsize=1024)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.coordinates import Coordinates
-from nsmaps.dynamics.exponents.growth import batch_error
+from nsmaps.dynamics.exponents.growth import batch_error, tangent_growth
 from nsmaps.dynamics.motion import repetition
 from nsmaps.dynamics.orbit import Orbit, returns_of
 from nsmaps.dynamics.scale import scale_of
@@ -16,7 +16,6 @@ from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns
 from nsmaps.exact.words import Alphabet
 
-ALIGN = 50  #: returns in which a tangent vector turns into the direction that grows fastest
 BATCHES = 32  #: of successive returns, from whose means the error of an exponent follows
 UNIT = 1e-7  #: of the scale: differences from which slopes follow where the map has no derivative
 LARGE, VAST, GROWS = 1e3, 1e15, 1.01  #: of the scale: size of escaping orbits, of what cannot come back, and growth by parts
@@ -83,10 +82,8 @@ class Path:
 
     def scales(self, return_map: ReturnMap) -> Floats:
         """The unit of each coordinate on the motion of each, shape (M, n); see `nsmaps.dynamics.scale.scale_of`."""
-        last, beside = (
-            np.swapaxes(self.states[-2:], 0, 1),
-            np.swapaxes(np.vstack([self.states[-LOOKED:], self.begun[None]]), 0, 1),
-        )
+        last = np.swapaxes(self.states[-2:], 0, 1)
+        beside = np.swapaxes(np.vstack([self.states[-LOOKED:], self.begun[None]]), 0, 1)
         found = [scale_of(return_map, own, beside=others) for own, others in zip(last, beside, strict=True)]
         return np.reshape(found, self.begun.shape)
 
@@ -131,17 +128,12 @@ def diverges(path: Path) -> bool:
 
 def growth_on(return_map: ReturnMap, path: Path, scale: Floats) -> Floats:
     """The logarithms of the growth of a tangent vector on each return of one path, once it has turned, shape (N,)."""
-    from nsmaps.dynamics.exponents.frames import carried
-
     slopes = None if path.slopes is None else path.slopes[:, 0]
     if slopes is None or not np.isfinite(slopes).all():
         slopes = (
             slopes_by_differences(return_map, path, scale) if slopes is None else slopes[np.isfinite(slopes).all(axis=(1, 2))]
         )
-    n, dim, _ = slopes.shape
-    growth = np.empty((n, 1, dim))
-    carried(np.ascontiguousarray(slopes[:, None]), np.eye(dim)[None].copy(), growth)
-    return growth[min(ALIGN, n // 2) :, 0, 0]
+    return tangent_growth(slopes[:, None])[:, 0]
 
 
 def slopes_by_differences(return_map: ReturnMap, path: Path, scale: Floats) -> Floats:

@@ -11,7 +11,7 @@ from nsmaps.coordinates import Coordinates, WithCoordinates
 from nsmaps.dynamics.manifolds.growth import Growth, grown
 from nsmaps.dynamics.manifolds.local import Saddle, local_curve
 from nsmaps.dynamics.manifolds.segments import Pieces, grown_exactly
-from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
+from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit, product_of
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.piecewise import PiecewiseMap
@@ -138,9 +138,7 @@ def _unstable(return_map: ReturnMap, orbit: PeriodicOrbit, scale: Floats, length
 def _saddle(orbit: PeriodicOrbit, k: int, sign: float, scale: Floats) -> Saddle:
     """The start of one side at the state k."""
     assert orbit.returns.derivative is not None
-    product = np.eye(2)
-    for derivative in np.roll(orbit.returns.derivative, -k, axis=0):
-        product = derivative @ product
+    product = product_of(np.roll(orbit.returns.derivative, -k, axis=0))
     values, vectors = np.linalg.eig(product * scale / scale[:, None])
     at = int(np.abs(values).argmax())
     value, slope = float(values[at].real), vectors[:, at].real

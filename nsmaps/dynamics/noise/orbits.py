@@ -128,15 +128,11 @@ def noisy_orbits(
         raise StateError(f"the start has shape {each.shape}; expected: ({dim},) or ({max(n_realisations, 0)}, {dim})")
     check_noise(system, noise)
     if noise.tau is None:
-        work, part, h, how = (
-            kicked_realisations,
-            max(CHUNK, RETURNS // max(n, 1)),
-            np.nan,
-            _of_images(system, n, noise, step, max_impacts),
-        )
-        chatter = np.nan
+        how = _of_images(system, n, noise, step, max_impacts)
+        work, part, h, chatter = kicked_realisations, max(CHUNK, RETURNS // max(n, 1)), np.nan, np.nan
     else:
-        work, part, h, how = _realised, CHUNK, *_forced(system, n, noise, noise.tau, step, chatter, max_impacts)
+        h, how = _forced(system, n, noise, noise.tau, step, chatter, max_impacts)
+        work, part = _realised, CHUNK
     each, letters = np.broadcast_to(each, (n_realisations, dim)), letters_of(system)
     tasks = [((*how, seed), each[cut], range(cut.start, cut.stop)) for cut in parallel.cuts(n_realisations, part)]
 

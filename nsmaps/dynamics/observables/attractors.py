@@ -12,7 +12,7 @@ from nsmaps.dynamics.noise.orbits import NoisyOrbits, forced_totals, in_closed_f
 from nsmaps.dynamics.observables.maps import noisy_totals, parted
 from nsmaps.dynamics.observables.means import Mean, Means, ratio
 from nsmaps.dynamics.observables.orbits import BATCHES, orbit_means
-from nsmaps.dynamics.returnmap import map_or_reason
+from nsmaps.dynamics.returnmap import first_map, map_or_reason
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.observables.spec import Observable, ObservableLike
 from nsmaps.exact.returnmap import ReturnMap
@@ -67,11 +67,7 @@ def _observables(
     """The observables of the first system that there is."""
     from nsmaps.exact.observables.formulas import resolve_observables
 
-    for value in values.tolist():
-        system, _ = map_or_reason(map_of, value)
-        if system is not None:
-            return resolve_observables(System.require(system, "observables"), observables)
-    raise NsmapsError(f"there is no map at any of {len(values)} values; expected: a diagram of a system")
+    return resolve_observables(System.require(first_map(map_of, values[:, None]), "observables"), observables)
 
 
 def _along(

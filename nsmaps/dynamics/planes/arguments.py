@@ -6,7 +6,7 @@ import numpy as np
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.dynamics.planes.pixels import Way
-from nsmaps.dynamics.returnmap import Model, map_along, map_or_reason
+from nsmaps.dynamics.returnmap import Model, first_map, map_along
 from nsmaps.errors import NsmapsError, check_choice
 from nsmaps.exact.observables.spec import Observable, ObservableLike
 from nsmaps.exact.returnmap import ReturnMap
@@ -41,13 +41,8 @@ def maps_over(system: Model, axes: Mapping[str, Floats]) -> tuple[Callable[..., 
         known = ", ".join(getattr(system, "parameters", ())) or "the map, with their values"
         raise NsmapsError(f"the plane is of {', '.join(axes) or 'no parameter'}; expected: two different parameters of {known}")
     map_of = map_along(system, *axes)
-    along, across = (values.tolist() for values in axes.values())
-    first = ""
-    for found, reason in (map_or_reason(map_of, x, y) for y in across for x in along):
-        if found is not None:
-            return map_of, found
-        first = first or reason
-    raise NsmapsError(f"there is no map at any of {len(along) * len(across)} pixels: {first}")
+    pixels = np.stack(np.meshgrid(*axes.values()), axis=-1).reshape(-1, 2)
+    return map_of, first_map(map_of, pixels, "pixels")
 
 
 def check_length(returns: int, discard: int, max_period: int, tolerance: float) -> None:

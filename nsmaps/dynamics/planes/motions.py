@@ -10,7 +10,7 @@ from nsmaps.coordinates import Coordinates
 from nsmaps.dynamics.attractors.attractor import kept
 from nsmaps.dynamics.attractors.coexistence import grouped
 from nsmaps.dynamics.limits.limit import Limit
-from nsmaps.dynamics.motion import condensed
+from nsmaps.dynamics.motion import condensed, rotations
 
 NEAR = 0.01  #: share of the scale within which two sets of states count as one attractor
 
@@ -30,7 +30,7 @@ def motion_of(one: Limit) -> Motion:
     if not one.period:
         return Motion(one.label, one.words, 0, 0)
     events = condensed(one.words)
-    return Motion(one.label, tuple(min([*events[k:], *events[:k]] for k in range(len(events)))), len(events), one.turns)
+    return Motion(one.label, min(rotations(events)), len(events), one.turns)
 
 
 def attractors(

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import Floats
+from nsmaps.dynamics.exponents.growth import tangent_growth
 from nsmaps.dynamics.limits.decision import limits_on
 from nsmaps.dynamics.limits.limit import Limit
-from nsmaps.dynamics.limits.path import ALIGN
 from nsmaps.dynamics.limits.settled import Transient
 from nsmaps.exact.outcome import Outcome
 from nsmaps.exact.returnmap import ReturnMap
@@ -74,10 +74,5 @@ def tail(return_map: ReturnMap, starts: Floats, length: Length, tolerance: float
 
 def _growth(slopes: Floats) -> Floats:
     """The mean logarithm of the growth of a tangent vector by derivatives (n, M, dim, dim), shape (M,), once it has turned."""
-    from nsmaps.dynamics.exponents.frames import carried
-
-    n, m, dim, _ = slopes.shape
-    growth = np.empty((n, m, dim))
-    carried(np.ascontiguousarray(slopes), np.tile(np.eye(dim), (m, 1, 1)), growth)
-    each = np.ascontiguousarray(growth[min(ALIGN, n // 2) :, :, 0].T)  # so that no sum depends on the number of orbits
+    each = np.ascontiguousarray(tangent_growth(slopes).T)  # so that no sum depends on the number of orbits
     return np.asarray(each.mean(axis=1))

@@ -76,11 +76,6 @@ def known(value: float, precision: float) -> str:
     return f"{value:.{min(max(-floor(log10(precision)), 0), 15)}f}"
 
 
-def yes(holds: object) -> str:
-    """The first word of the text of a verdict."""
-    return "yes" if holds else "no"
-
-
 def span_text(values: Floats, none: str = "none") -> str:
     """The least and the greatest of some values to three digits, NaN left out; one of them where they are the same."""
     known = values[~np.isnan(values)]

@@ -38,9 +38,14 @@ class Requiring(Protocol):
     def require(self) -> tuple[str, ...]: ...
 
 
+def verdict(name: str, of: str, holds: object, text: str, required: bool = False) -> Verdict:
+    """The verdict on a claim about a map, whose text then begins with yes or no."""
+    return Verdict(name, of, bool(holds), required, f"{'yes' if holds else 'no'}: {text}")
+
+
 def claimed(spec: Requiring, claim: str, name: str, of: str, holds: object, text: str) -> Verdict:
-    """The verdict on a claim that `require` of a section, or of the study, may name; its text begins with yes or no."""
-    return Verdict(name, of, bool(holds), claim in spec.require, text)
+    """The same on a claim that `require` of a section, or of the study, may name."""
+    return verdict(name, of, holds, text, claim in spec.require)
 
 
 @dataclass(frozen=True, slots=True)

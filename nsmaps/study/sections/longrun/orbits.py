@@ -19,7 +19,7 @@ from nsmaps.study.conclusions.texts import cycle_of, finite, point
 from nsmaps.study.estimates import COPIES, RETURN, STORED, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import Section
-from nsmaps.study.sections.base import Entries, Finding, Verdict
+from nsmaps.study.sections.base import Entries, Finding, Verdict, verdict
 from nsmaps.study.sections.maps.composite import COMPOSITE
 from nsmaps.study.sections.maps.surfaces import GRID
 
@@ -145,11 +145,11 @@ class Orbits(Entries[OrbitSection]):
         coordinates = result.system.coordinates
         for pair in result.orbits:
             name = f"orbit from {point(coordinates, pair.start)}"
-            yield Verdict(f"{name}: completes all returns", result.system.map_name, *_returning(result, pair.exact, pair.ends))
+            yield verdict(f"{name}: completes all returns", result.system.map_name, *_returning(result, pair.exact, pair.ends))
             if pair.composite is not None:
                 returning = _returning(result, pair.composite, pair.composite_ends, fitted=True)
-                yield Verdict(f"{name}: completes all returns", "composite map", *returning)
-                yield Verdict(f"{name}: same attractor as the exact map", "composite map", *_same(result, pair))
+                yield verdict(f"{name}: completes all returns", "composite map", *returning)
+                yield verdict(f"{name}: same attractor as the exact map", "composite map", *_same(result, pair))
 
     def caption(self, result: "StudyResult", figure: str, part: str) -> str:
         """The starts of the motions, or where the orbits end under each map."""
@@ -214,35 +214,35 @@ def _limit_set(limit_set: "LimitSet") -> dict[str, Any]:
     return about | where | {"multipliers": pairs, "stable": limit_set.stable, "exponent": exponent, "exponent_error": error}
 
 
-def _returning(result: "StudyResult", orbit: "Orbit", ends: "LimitSet | None", fitted: bool = False) -> tuple[bool, bool, str]:
-    """Whether an orbit completes all returns: confirmed, not required, text with its limit set or its last state."""
+def _returning(result: "StudyResult", orbit: "Orbit", ends: "LimitSet | None", fitted: bool = False) -> tuple[bool, str]:
+    """Whether an orbit completes all returns, and its limit set or its last state in words."""
     coordinates = result.system.coordinates
     alive = np.isfinite(orbit.states).all(axis=-1)
     returns = len(orbit.states) - 1
     if alive.all():
-        text = f"yes: after {returns} returns at {point(coordinates, orbit.states[-1])}"
-        return True, False, f"{text}; {ends.text}{beyond(result, ends)}" if ends else text
+        text = f"after {returns} returns at {point(coordinates, orbit.states[-1])}"
+        return True, f"{text}; {ends.text}{beyond(result, ends)}" if ends else text
     last = int(np.argmin(alive)) - 1
     reason = no_image(result, orbit, last) if fitted else Outcome(int(orbit.outcome[last])).advice
-    return False, False, f"no: after {last} of {returns} returns at {point(coordinates, orbit.states[last])}. {reason}"
+    return False, f"after {last} of {returns} returns at {point(coordinates, orbit.states[last])}. {reason}"
 
 
-def _same(result: "StudyResult", pair: "OrbitPair") -> tuple[bool, bool, str]:
-    """Whether both orbits have the same attractor: confirmed, not required, text with the distance."""
+def _same(result: "StudyResult", pair: "OrbitPair") -> tuple[bool, str]:
+    """Whether both orbits have the same attractor, and their distance in words."""
     from nsmaps.dynamics.attractors.distance import hausdorff
 
     exact, other = pair.counterpart_ends or pair.ends, pair.composite_ends
     if exact is None or other is None:
         which = "neither map's" if exact is other else "the exact map's" if exact is None else "the composite map's"
-        return False, False, f"no: {which} orbit {'completes' if exact is other else 'does not complete'} all returns"
+        return False, f"{which} orbit {'completes' if exact is other else 'does not complete'} all returns"
     scale = _scale(result, pair)
     distance = hausdorff(exact.states, other.states, exact.coordinates, scale, np.inf)
     text = f"{_short(exact)} of the exact map, {_short(other)} of the composite map"
     text = f"{text}, at a distance of {distance:.2g} relative to the extents"
     text += ", after as many returns as the pieces have" if pair.counterpart_ends else ""
     if _alike(exact, other, scale):
-        return True, False, f"yes: {text}"
-    return False, False, f"no: {text}; {_also(result, len(pair.exact.states) - 1, (exact, other), scale)}"
+        return True, text
+    return False, f"{text}; {_also(result, len(pair.exact.states) - 1, (exact, other), scale)}"
 
 
 def _alike(one: "LimitSet", other: "LimitSet", scale: Floats) -> bool:

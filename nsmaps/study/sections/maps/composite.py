@@ -17,12 +17,12 @@ from nsmaps.results import units_of
 from nsmaps.study.ahead import call_composite
 from nsmaps.study.conclusions.diagnostics import pieces_of_others
 from nsmaps.study.conclusions.phrases import at, part_of
-from nsmaps.study.conclusions.texts import count_of, finite, intervals, percent, shares_text, yes
+from nsmaps.study.conclusions.texts import count_of, finite, intervals, percent, shares_text
 from nsmaps.study.estimates import Size, states
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
 from nsmaps.study.reading.locations import Loc
 from nsmaps.study.reading.values import DIAGONAL, MAPS
-from nsmaps.study.sections.base import Entries, Finding, Need, Verdict, claimed
+from nsmaps.study.sections.base import Entries, Finding, Need, Verdict, claimed, verdict
 from nsmaps.study.sections.maps.diagonal import near_diagonals
 from nsmaps.study.sections.maps.fits import bind_fit, fit_size, report_numbers
 from nsmaps.study.sections.maps.pieces import PieceSection, separable_pieces
@@ -144,7 +144,7 @@ class Pieces(Entries[PieceSection]):
             yield claimed(result.study, "covered", "covered", MAP, holds, _covered(result, cover))
         if words is not None:
             right = words.wrong_words == 0
-            yield Verdict("words agree with the exact map", MAP, right, False, f"{yes(right)}: {words.text}")
+            yield verdict("words agree with the exact map", MAP, right, words.text)
 
     def caption(self, result: "StudyResult", figure: str, part: str) -> str:
         """The share of the grid of each piece, or the fit of one piece."""
@@ -282,8 +282,8 @@ def pieces_size(study: "Study") -> Size:
 
 def _covered(result: "StudyResult", cover: "Coverage") -> str:
     if cover.fraction == 1.0:
-        return "yes: every state of the grid lies in a piece"
+        return "every state of the grid lies in a piece"
     hull = " or ".join(intervals(result.system.coordinates, box) for box in cover.boxes)
     why = pieces_of_others(result)
-    text = f"no: {100 * (1 - cover.fraction):.3g} % of the grid lies in no piece, within {hull}"
+    text = f"{100 * (1 - cover.fraction):.3g} % of the grid lies in no piece, within {hull}"
     return f"{text}; {why}" if why else text

@@ -11,7 +11,7 @@ from nsmaps.exact.surfaces.along import Along
 from nsmaps.reduced.composite.parametric import ParametricMap, ParametricReport, chebyshev_nodes, parametric_map, report_on
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.validation.counterpart import CounterpartAlong
-from nsmaps.study.conclusions.texts import finite, percent, point, yes
+from nsmaps.study.conclusions.texts import finite, percent, point
 from nsmaps.study.estimates import RETURN, Size
 from nsmaps.study.reading.values import Ends, ParameterName, Points, Section, Transient
 from nsmaps.study.sections.base import Analysis, Finding, Table, Verdict, claimed
@@ -178,7 +178,7 @@ class ParametricSection(Analysis):
         found = result.agreement
         if found is None:
             if self.require:
-                text = f"no: the {result.system.map_name} has no attractor from the start at any value compared"
+                text = f"the {result.system.map_name} has no attractor from the start at any value compared"
                 yield claimed(self, "follows", "parametric_map: follows", TITLE, False, text)
             return
         stated = self.compare.apart_from
@@ -198,7 +198,7 @@ class ParametricSection(Analysis):
             text += f"; {len(wrong) - 1} more intervals" if len(wrong) > 1 else ""
         else:
             text = f"no value is compared{outside}"
-        yield claimed(self, "follows", "parametric_map: follows", TITLE, holds, f"{yes(holds)}: {text}")
+        yield claimed(self, "follows", "parametric_map: follows", TITLE, holds, text)
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The errors of each piece, and where the attractors are not those of the exact map."""

@@ -20,11 +20,11 @@ from nsmaps.reduced.validation.destinations import MISLED
 from nsmaps.reduced.validation.speed import speeds
 from nsmaps.study.ahead import call_composite
 from nsmaps.study.conclusions.phrases import at
-from nsmaps.study.conclusions.texts import count_of, finite, percent, yes
+from nsmaps.study.conclusions.texts import count_of, finite, percent
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
 from nsmaps.study.reading.classes import CLASS, OWN, Condition, Instance, form_of
 from nsmaps.study.reading.values import ATTRACTING, Bounds, Name
-from nsmaps.study.sections.base import Analysis, Finding, Table, Verdict, claimed
+from nsmaps.study.sections.base import Analysis, Finding, Table, Verdict, claimed, verdict
 from nsmaps.study.sections.maps.composite import MAP, TITLE, judged
 from nsmaps.study.sections.maps.fits import Fit, bind_fit
 from nsmaps.study.sections.maps.surfaces import GRID
@@ -203,17 +203,16 @@ class PartitionSection(PartitionChoices, Analysis):
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         tolerance = partial(claimed, result.study, "tolerance")
         if (found := result.partition) is not None:
-            yield tolerance(f"{MET} in the attracting regions", MAP, found.met, f"{yes(found.met)}: {found.reason}")
-            yield Verdict("partition: orbits arrive in the attracting regions", MAP, *_arrive(found))
+            yield tolerance(f"{MET} in the attracting regions", MAP, found.met, found.reason)
+            yield verdict("partition: orbits arrive in the attracting regions", MAP, *_arrive(found))
             if not math.isnan(found.same_end):
                 right = found.same_end >= 1 - MISLED
-                text = f"{yes(right)}: {100 * found.same_end:.3g} % of random starts, of which {100 * (1 - MISLED):g} % must"
-                yield Verdict("partition: orbits end on the attractors of the exact map", MAP, right, False, text)
+                text = f"{100 * found.same_end:.3g} % of random starts, of which {100 * (1 - MISLED):g} % must"
+                yield verdict("partition: orbits end on the attractors of the exact map", MAP, right, text)
         if (strips := result.accurate) is not None:
             yield tolerance(f"{MET} everywhere (held out)", MAP, strips.met, _errors(strips))
         if (speed := result.speed) is not None:
-            text = f"{yes(speed.faster)}: {speed.text}"
-            yield Verdict("partition: clearly faster than the exact map", MAP, speed.faster, False, text)
+            yield verdict("partition: clearly faster than the exact map", MAP, speed.faster, speed.text)
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The regions of the final partition."""
@@ -273,11 +272,11 @@ def _reached(found: PartitionResult) -> dict[str, Any]:
     }
 
 
-def _arrive(found: PartitionResult) -> tuple[bool, bool, str]:
+def _arrive(found: PartitionResult) -> tuple[bool, str]:
     exact, composite = found.arrives
     holds = bool(found.attracting) and composite >= exact
     shares = f"{100 * composite:.3g} % of random starts arrive there, under the exact map {100 * exact:.3g} %"
-    return holds, False, f"{yes(holds)}: {shares}"
+    return holds, shares
 
 
 def _errors(found: "AccurateResult") -> str:
@@ -287,4 +286,4 @@ def _errors(found: "AccurateResult") -> str:
         for place, e in where
     ]
     share = f"the exact map is used on {found.strips.report.exact_share:.2g} of the area"
-    return f"{yes(found.met)}: largest error {' and '.join(errors)}; {share}"
+    return f"largest error {' and '.join(errors)}; {share}"

@@ -17,7 +17,7 @@ from nsmaps.study.conclusions.titles import maps_along
 from nsmaps.study.estimates import COPIES, RETURN, STORED, VALUE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
 from nsmaps.study.reading.values import Range, Starts, Tolerance, Transient
-from nsmaps.study.sections.base import Analysis, Finding, Need, Table, Verdict
+from nsmaps.study.sections.base import Analysis, Finding, Need, Table, Verdict, verdict
 from nsmaps.study.sections.maps.composite import pieces_size
 from nsmaps.study.sections.maps.refits import map_along
 from nsmaps.study.sections.maps.surfaces import grid_size
@@ -194,7 +194,7 @@ def _diagram(diagram: "BifurcationDiagram") -> dict[str, Any]:
 
 def missing(name: str, of: str, count: int, total: str, reason: str) -> Verdict:
     """The failed verdict on a sweep with values at which there is no map."""
-    return Verdict(f"{name}: a map at every value", of, False, False, f"no: none at {count} of {total}; {reason}")
+    return verdict(f"{name}: a map at every value", of, False, f"none at {count} of {total}; {reason}")
 
 
 def missing_values(name: str, of: str, reasons: tuple[str, ...]) -> Iterator[Verdict]:
@@ -210,8 +210,8 @@ def _ended(of: str, name: str, diagram: "BifurcationDiagram") -> Iterator[Verdic
     if lost.any():
         outcome = Outcome(int(np.bincount(diagram.outcome[lost]).argmax()))
         why = "A polynomial overflows." if of != "exact" and outcome == Outcome.escaped else outcome.advice
-        text = f"no: an orbit ends at {lost.any(axis=1).sum()} of {len(lost)} values, most frequently: {why}"
-        yield Verdict(f"bifurcation_diagram {of}: orbit completes at every parameter value", name, False, False, text)
+        text = f"an orbit ends at {lost.any(axis=1).sum()} of {len(lost)} values, most frequently: {why}"
+        yield verdict(f"bifurcation_diagram {of}: orbit completes at every parameter value", name, False, text)
 
 
 def _named(window: "Window") -> str:

@@ -12,11 +12,11 @@ from nsmaps.exact.systems.parameters import System
 from nsmaps.progress import beat
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.phrases import MOST, at
-from nsmaps.study.conclusions.texts import known, values_text, yes
+from nsmaps.study.conclusions.texts import known, values_text
 from nsmaps.study.estimates import COPIES, DERIVED, POINT, STORED, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import Ends, Name, ParameterName, Period, Section
-from nsmaps.study.sections.base import Entries, Finding, Table, Verdict
+from nsmaps.study.sections.base import Entries, Finding, Table, Verdict, verdict
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -151,11 +151,10 @@ class Branches(Entries[BranchSection]):
             first = [branch for branch in entry if branch.period == section.period]
             holds = all(branch.ended.startswith(REACHED) for branch in first)
             ends = "; ".join(f"{way}: {_end(branch)}" for way, branch in zip(section.ways, first, strict=False))
-            text = f"{yes(holds)}: {ends if len(first[0].values) else first[0].ended}"
-            name = f"branch {section.name}"
-            yield Verdict(f"{name}: followed to the end of its range", result.system.map_name, holds, False, text)
+            text, name = ends if len(first[0].values) else first[0].ended, f"branch {section.name}"
+            yield verdict(f"{name}: followed to the end of its range", result.system.map_name, holds, text)
             if section.n_doublings:
-                yield Verdict(f"{name}: doublings", result.system.map_name, *_doublings(section, entry))
+                yield verdict(f"{name}: doublings", result.system.map_name, *_doublings(section, entry))
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """Of each branch its range, and its bifurcations in the order of the branch."""
@@ -282,14 +281,14 @@ def _about(event: "BifurcationPoint") -> str:
     return ", ".join(filter(None, (event.detail, event.border)))
 
 
-def _doublings(section: BranchSection, branches: "tuple[Branch, ...]") -> tuple[bool, bool, str]:
-    """Whether all requested successive doublings were found: confirmed, not required, text."""
+def _doublings(section: BranchSection, branches: "tuple[Branch, ...]") -> tuple[bool, str]:
+    """Whether all requested successive doublings were found, and where."""
     found = {branch: branch.doubling for branch in branches if branch.doubling is not None}
     asked = section.n_doublings * max(sum(branch.period == section.period for branch in found), 1)
     at = ", ".join(f"{event.value:.8g}" for event in found.values())
     if len(found) == asked:
-        return True, False, f"yes: at {at}"
-    return False, False, f"no: {len(found)} of {asked}{at and f', at {at}'}; then: {branches[-1].ended}"
+        return True, f"at {at}"
+    return False, f"{len(found)} of {asked}{at and f', at {at}'}; then: {branches[-1].ended}"
 
 
 def _row(name: str, parameter: str, event: "BifurcationPoint") -> tuple[str, ...]:

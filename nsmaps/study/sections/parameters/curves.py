@@ -10,7 +10,7 @@ from nsmaps.dynamics.motion import MEANING, kind_of
 from nsmaps.errors import NsmapsError
 from nsmaps.study.conclusions.texts import percent, plain, shares_text
 from nsmaps.study.reading.values import Range, Section
-from nsmaps.study.sections.base import Finding, Verdict
+from nsmaps.study.sections.base import Finding, Verdict, verdict
 from nsmaps.study.sections.parameters.branches import map_of_branch
 
 if TYPE_CHECKING:
@@ -116,8 +116,8 @@ def _largest(shares: Mapping[str, float]) -> list[tuple[str, float]]:
     return sorted(shares.items(), key=lambda pair: -pair[1])[:3]
 
 
-def missing_curves(key: str, of: str, curves: "Mapping[str, BifurcationCurve]") -> Iterator[Verdict]:
+def missing_curves(of: str, curves: "Mapping[str, BifurcationCurve]") -> Iterator[Verdict]:
     """The failed verdicts on curves without orbits."""
     for name, curve in curves.items():
         if not len(curve.parameters):
-            yield Verdict(f"{key}: curve of the {name}", of, False, False, f"no: {curve.ended[0]}")
+            yield verdict(f"parameter_plane: curve of the {name}", of, False, curve.ended[0])

@@ -10,7 +10,7 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.estimates import POINT, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import Bounds, Section, Seed
-from nsmaps.study.sections.base import Analysis, Finding, Table, Verdict
+from nsmaps.study.sections.base import Analysis, Finding, Table, Verdict, verdict
 
 if TYPE_CHECKING:
     from nsmaps.estimation.records import Record
@@ -110,8 +110,8 @@ class EstimateSection(Analysis):
 
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         found = result.estimate
-        text = f"{'yes' if found.describes else 'no'}: chi2 {found.chi2:.4g} of {found.dof} degrees of freedom{found.other_unit}"
-        yield Verdict("estimate: the model describes the data", result.system.map_name, found.describes, False, text)
+        text = f"chi2 {found.chi2:.4g} of {found.dof} degrees of freedom{found.other_unit}"
+        yield verdict("estimate: the model describes the data", result.system.map_name, found.describes, text)
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         from nsmaps.estimation.result import shown

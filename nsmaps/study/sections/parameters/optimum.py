@@ -11,10 +11,10 @@ from nsmaps.exact.observables.spec import Observable
 from nsmaps.exact.systems.flow import FlowSystem
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.ahead import call_noise
-from nsmaps.study.conclusions.texts import grid_text, plain, returns_text, yes
+from nsmaps.study.conclusions.texts import grid_text, plain, returns_text
 from nsmaps.study.estimates import NOISY, POINT, RETURN, Size, states
 from nsmaps.study.reading.values import Bounds, MaxReturns, Period, Seed, Side
-from nsmaps.study.sections.base import Analysis, Finding, Table, Verdict
+from nsmaps.study.sections.base import Analysis, Finding, Table, Verdict, verdict
 from nsmaps.study.sections.longrun.noise import NoiseSizes
 
 if TYPE_CHECKING:
@@ -140,10 +140,9 @@ class OptimumSection(Analysis):
     def verdicts(self, result: "StudyResult") -> Iterator[Verdict]:
         found = result.optimize
         (values, places), total = same(found, self.bounds), len(found.attempts)
-        holds = values == places == total
-        text = f"{yes(holds)}: {values} of {total} starts within {SAME:g} of its value, "
+        text = f"{values} of {total} starts within {SAME:g} of its value, "
         text += f"{places} of {total} within {PLACE:g} of the bounds of its parameters"
-        yield Verdict("optimize: the same from every start", result.system.map_name, holds, False, text)
+        yield verdict("optimize: the same from every start", result.system.map_name, values == places == total, text)
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """The optimum, the parameters at which it lies, and the motion that has it."""

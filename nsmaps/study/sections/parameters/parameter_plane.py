@@ -183,7 +183,7 @@ class ParameterPlaneSection(Quantified):
         if found.refused.any():
             of, none = result.system.map_name, int(found.refused.sum())
             yield missing("parameter_plane", of, none, f"{found.refused.size} pixels", found.reason)
-        yield from missing_curves("parameter_plane", result.system.map_name, result.plane_curves)
+        yield from missing_curves(result.system.map_name, result.plane_curves)
 
     def tables(self, result: "StudyResult") -> Iterator[Table]:
         """The motions and the share of the pixels in which each attracts."""

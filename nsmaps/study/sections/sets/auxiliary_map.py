@@ -7,12 +7,12 @@ from pydantic import Field
 
 from nsmaps.errors import NsmapsError
 from nsmaps.reduced.conditions.condition import Number
-from nsmaps.study.conclusions.texts import finite, yes
+from nsmaps.study.conclusions.texts import finite
 from nsmaps.study.conclusions.titles import pieces_with_a_map
 from nsmaps.study.estimates import Size, cover_size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
 from nsmaps.study.reading.values import Bounds, CellsPerAxis, Depth
-from nsmaps.study.sections.base import Analysis, Finding, Table, Verdict
+from nsmaps.study.sections.base import Analysis, Finding, Table, Verdict, verdict
 from nsmaps.study.sections.maps.composite import COMPOSITE
 from nsmaps.study.sections.maps.surfaces import GRID
 from nsmaps.study.sections.sets.exit_times import composite_of, exits_finding, exits_table, row_numbers
@@ -121,9 +121,7 @@ class AuxiliaryMapSection(Analysis):
             texts.append(f"every state of {', '.join(row.region for row in left)} leaves its region within {steps} returns")
         if times.arrived is not None:
             texts.append(f"{100 * times.rows[-1].arrives:.3g} % of the window is shown to arrive in A_1")
-        yield Verdict(
-            "auxiliary map: other regions are left", OF, not stay, False, f"{yes(not stay)}: {'; '.join(texts)} (enclosed)"
-        )
+        yield verdict("auxiliary map: other regions are left", OF, not stay, f"{'; '.join(texts)} (enclosed)")
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """The share of the window that is shown to arrive in A_1."""

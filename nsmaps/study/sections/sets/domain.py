@@ -8,6 +8,7 @@ from nsmaps.study.conclusions.diagnostics import SAMPLED, elsewhere, on_domain
 from nsmaps.study.conclusions.texts import intervals
 from nsmaps.study.reading.values import DIAGONAL, Bounds, Name, Section
 from nsmaps.study.result import Verdict
+from nsmaps.study.sections.base import verdict
 
 if TYPE_CHECKING:
     from nsmaps.auxiliary.attracting_domain import AttractingDomain
@@ -32,13 +33,11 @@ class DomainSection(Section):
 
 def composite_verdict(section: DomainSection, share: float) -> Verdict:
     """Whether the composite map keeps the box of one of its pieces; required where the box is."""
-    text = f"{SAMPLED:,} states of the box of {section.map}, sampled"
-    if share:
-        text = f"no: the composite map carries {100 * share:.3g} % of {text}, out of it: other pieces decide over a part of it"
-    else:
-        text = f"yes: the composite map carries none of {text}, out of it"
+    carried = f"{100 * share:.3g} %" if share else "none"
+    text = f"the composite map carries {carried} of {SAMPLED:,} states of the box of {section.map}, sampled, out of it"
+    text += ": other pieces decide over a part of it" if share else ""
     name = f"domain {section.name}: holds for the composite map"
-    return Verdict(name, "composite map", not share, "forward_invariant" in section.require, text)
+    return verdict(name, "composite map", not share, text, "forward_invariant" in section.require)
 
 
 def trapped_text(result: "StudyResult", section: DomainSection, domain: "AttractingDomain") -> str:
@@ -47,9 +46,9 @@ def trapped_text(result: "StudyResult", section: DomainSection, domain: "Attract
         reason = f"no worst-case step leaves its box, in {len(domain.updates)} updates ({domain.claim})"
         skips = _of_several_returns(result, section.map)
         between = "; the states between these returns are not bounded" if skips else ""
-        return f"yes: {reason}{between}{elsewhere(result, domain)}"
+        return f"{reason}{between}{elsewhere(result, domain)}"
     reasons = on_domain(result, section.map, domain, section.box != DIAGONAL, bool(section.require))
-    return f"no: {domain.reason} ({domain.status}){reasons}"
+    return f"{domain.reason} ({domain.status}){reasons}"
 
 
 def _of_several_returns(result: "StudyResult", of: str) -> bool:
@@ -61,10 +60,10 @@ def _of_several_returns(result: "StudyResult", of: str) -> bool:
 def settled_text(domain: "AttractingDomain") -> str:
     """Whether the sides of a box have converged, with the sides."""
     if not domain.forward_invariant:
-        return f"no: the box is not forward invariant ({domain.status})"
+        return f"the box is not forward invariant ({domain.status})"
     if not domain.converged:
-        return f"no: {domain.reason} ({domain.status})"
+        return f"{domain.reason} ({domain.status})"
     sizes = " x ".join(f"{size:.4g}" for size in domain.sizes[-1])
     box = intervals(domain.coordinates, domain.boxes[-1])
     parts = ", ".join(f"{part} for {name}" for name, part in zip(domain.coordinates, domain.part, strict=True))
-    return f"yes: {sizes} after {len(domain.updates)} updates, {box}; part of the Statement: {parts} ({domain.status})"
+    return f"{sizes} after {len(domain.updates)} updates, {box}; part of the Statement: {parts} ({domain.status})"

@@ -13,11 +13,11 @@ from nsmaps.errors import NsmapsError
 from nsmaps.progress import beat
 from nsmaps.reduced.conditions.condition import Number
 from nsmaps.study.conclusions.phrases import at
-from nsmaps.study.conclusions.texts import point, yes
+from nsmaps.study.conclusions.texts import point
 from nsmaps.study.estimates import COPIES, DERIVED, STATE, Size
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import Name, Period, Section
-from nsmaps.study.sections.base import Entries, Finding, Table, Verdict
+from nsmaps.study.sections.base import Entries, Finding, Table, Verdict, verdict
 from nsmaps.study.sections.maps.surfaces import areas_by_surface, over_plane
 
 if TYPE_CHECKING:
@@ -151,10 +151,8 @@ class Manifolds(Entries[ManifoldSection]):
             ends = [f"{one.which}: {', '.join(dict.fromkeys(one.ended))}" for one in own]
             why = result.no_manifold.get(each.name, "")
             holds = not why and all(end.startswith(WHOLE) for one in own for end in one.ended)
-            text = f"{yes(holds)}: {'; '.join(filter(None, [*ends, why]))}"
-            yield Verdict(
-                f"manifolds of {each.name}: grown to their length or to an attractor", result.system.map_name, holds, False, text
-            )
+            name = f"manifolds of {each.name}: grown to their length or to an attractor"
+            yield verdict(name, result.system.map_name, holds, "; ".join(filter(None, [*ends, why])))
 
     def findings(self, result: "StudyResult") -> Iterator[Finding]:
         """Each saddle, with the multiplier along each manifold, and the length that this has."""

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import Field
 
 from nsmaps.study.conclusions.phrases import at
-from nsmaps.study.conclusions.texts import count_of, intervals, yes
+from nsmaps.study.conclusions.texts import count_of, intervals
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure
 from nsmaps.study.reading.values import CellsPerAxis, Depth
 from nsmaps.study.sections.base import Finding, Verdict, claimed
@@ -83,7 +83,7 @@ class MorseSection(WindowSection):
             hull = f"their hull {intervals(cover.cells.coordinates, held.hull)} (enclosed)"
             text = f"{held.reason}; {hull}" if held.forward_invariant else held.reason
         holds = held is not None and held.forward_invariant
-        yield claimed(self, "forward_invariant", "morse_sets: forward invariant", cover.of, holds, f"{yes(holds)}: {text}")
+        yield claimed(self, "forward_invariant", "morse_sets: forward invariant", cover.of, holds, text)
 
     def caption(self, result: "StudyResult", figure: str, part: str) -> str:
         """The number of cells, and of recurrent components."""
