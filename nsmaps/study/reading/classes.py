@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
@@ -13,6 +13,7 @@ from nsmaps.reduced.conditions.condition import as_number
 from nsmaps.study.reading.locations import Loc, Source
 
 CLASS, OWN = "[class]", "[own]"  #: the forms of a value: an object of a class, or what nsmaps has for it
+T = TypeVar("T")
 
 
 class Instance(BaseModel):
@@ -29,8 +30,9 @@ def form_of(value: object) -> str:
     return CLASS if isinstance(value, Instance) or (isinstance(value, dict) and "class" in value) else OWN
 
 
-#: a region by its condition, or of a class
-Condition = Annotated[Annotated[str, Tag(OWN)] | Annotated[Instance, Tag(CLASS)], Discriminator(form_of)]
+#: a value that nsmaps has, or an object of a class
+OrInstance = Annotated[Annotated[T, Tag(OWN)] | Annotated[Instance, Tag(CLASS)], Discriminator(form_of)]
+Condition = OrInstance[str]  #: a region by its condition, or of a class
 
 
 def created(source: Source, loc: Loc, spec: Instance, kind: Kind, **given: Any) -> Any:

@@ -10,7 +10,7 @@ from nsmaps.reduced.conditions.condition import Number
 from nsmaps.reduced.fit.polyfit import Degree, PolyFit, PolynomialFit, SeparableFit
 from nsmaps.study.conclusions.texts import finite
 from nsmaps.study.estimates import COPIES, Size
-from nsmaps.study.reading.classes import CLASS, OWN, Instance, calling, created, form_of
+from nsmaps.study.reading.classes import Instance, OrInstance, calling, created
 from nsmaps.study.reading.locations import Loc
 from nsmaps.study.reading.values import Section, one_of
 
@@ -52,7 +52,7 @@ class FitSection(Section):
         return self
 
 
-Fit = Annotated[Annotated[FitSection, Tag(OWN)] | Annotated[Instance, Tag(CLASS)], Discriminator(form_of)]
+Fit = OrInstance[FitSection]
 
 
 def bind_fit(loc: Loc, section: FitSection | Instance, binding: "Binding") -> PolyFit:

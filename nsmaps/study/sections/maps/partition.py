@@ -5,10 +5,10 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag
+from pydantic import Field
 
 from nsmaps.figures.parts import section
 from nsmaps.reduced.composite.composite import CompositeMap
@@ -22,7 +22,7 @@ from nsmaps.study.ahead import call_composite
 from nsmaps.study.conclusions.phrases import at
 from nsmaps.study.conclusions.texts import count_of, finite, percent
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
-from nsmaps.study.reading.classes import CLASS, OWN, Condition, Instance, form_of
+from nsmaps.study.reading.classes import Condition, Instance, OrInstance
 from nsmaps.study.reading.values import ATTRACTING, Bounds, Name
 from nsmaps.study.sections.base import Analysis, Finding, Table, Verdict, claimed, verdict
 from nsmaps.study.sections.maps.composite import MAP, TITLE, judged
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from nsmaps.study.ahead import Call
     from nsmaps.study.sections.base import Binding, Plan, Study, StudyResult
 
-Attracting = Annotated[Annotated[Bounds, Tag(OWN)] | Annotated[Instance, Tag(CLASS)], Discriminator(form_of)]
+Attracting = OrInstance[Bounds]
 MET = "partition: tolerance met"
 
 

@@ -1,10 +1,10 @@
 """The sections `grid` and `families`: first returns of all states of a grid, and return surfaces."""
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag
+from pydantic import Field
 
 from nsmaps.arrays import Floats
 from nsmaps.errors import NsmapsError
@@ -19,7 +19,7 @@ from nsmaps.study.conclusions.phrases import at, part_of
 from nsmaps.study.conclusions.texts import grid_text, intervals, percent, shares_text
 from nsmaps.study.estimates import COPIES, MEMBER, RETURN, STATE, Size, states
 from nsmaps.study.pictures.figure import FigurePart, StudyFigure, optional
-from nsmaps.study.reading.classes import CLASS, OWN, Instance, form_of
+from nsmaps.study.reading.classes import Instance, OrInstance
 from nsmaps.study.reading.values import Name, Side
 from nsmaps.study.sections.base import Finding, Named
 
@@ -181,7 +181,7 @@ def _hull(result: "StudyResult", states: Floats) -> str:
     return inside + held
 
 
-Family = Annotated[Annotated[tuple[str, ...], Tag(OWN)] | Annotated[Instance, Tag(CLASS)], Discriminator(form_of)]
+Family = OrInstance[tuple[str, ...]]
 
 
 class Families(Named[Family]):
