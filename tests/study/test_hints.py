@@ -77,7 +77,7 @@ def test_what_rests_on_samples_is_told_as_an_estimate(error: ErrorBound | None, 
     assert domain.forward_invariant
     study = nsmaps.Study(system="ball", parameters={"a": 0.2})
     said = trapped_text(StudyResult(study, study.system_object()), DomainSection(**SECTION), domain)
-    assert said == f"yes: no worst-case step leaves its box, in {len(domain.updates)} updates ({told})"
+    assert said == f"no worst-case step leaves its box, in {len(domain.updates)} updates ({told})"
 
 
 def test_other_words_in_the_start_box_are_counted(result: nsmaps.StudyResult) -> None:
