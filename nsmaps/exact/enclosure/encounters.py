@@ -142,15 +142,9 @@ def survey_walls(p, launch, s, narrow, w):
 
 
 @inlined
-def own_gap(launch):
-    """The gap to the wall that a flight leaves, at its start."""
-    return gap_to(launch.up, ZERO, launch.start)
-
-
-@inlined
 def first_clear_time(launch):
     """A time for which the gap to the wall that a flight leaves certainly stays open, for all states."""
-    gap = own_gap(launch)
+    gap = gap_to(launch.up, ZERO, launch.start)
     return first_step(max(low(gap.u), 0.0), low(gap.b), low(gap.j), launch.jerk, launch.snap) * INWARD
 
 
@@ -175,7 +169,7 @@ def take_step(p, launch, near, number, w):
 def may_stay(p, launch, row):
     """True if some state of a set may stay on the wall that it just hit, or come to rest on it by chatter."""
     _, _, base_up = walls_of(p)
-    gap, (v, _) = own_gap(launch), box_of(row)
+    gap, (v, _) = gap_to(launch.up, ZERO, launch.start), box_of(row)
     slow = launch.up == base_up and low(v) * low(ball_rate(p)) <= CHATTERED * -low(gap.b)
     return low(gap.b) <= 0.0 and (max(low(gap.u), 0.0) <= NO_SPEED or slow)
 

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nsmaps.exact.compiling.addresses import by_address
-from nsmaps.exact.enclosure.arithmetic.balls import ZERO, angle_of_turns, badd, bneg, exact, high, low
+from nsmaps.exact.enclosure.arithmetic.balls import TURN, ZERO, badd, bmul, bneg, exact, high, low
 from nsmaps.exact.enclosure.images import LOWER, UPPER
 from nsmaps.exact.engine.jit import inner
 
@@ -187,7 +187,7 @@ def first_cell(box, sides):
     for c in range(len(sides)):
         lower, upper = sides[c, LOWER], sides[c, UPPER]
         if c == box.phase:
-            turns = angle_of_turns(0.5 * (lower + upper))
+            turns = bmul(exact(np.floor(0.5 * (lower + upper) / TURN.centre)), TURN)
             lower, upper = low(badd(exact(lower), bneg(turns))), high(badd(exact(upper), bneg(turns)))
         box.cells[FIRST, c, LOWER], box.cells[FIRST, c, UPPER] = lower, upper
     return turns

@@ -184,14 +184,8 @@ def write_return(step, ball, count, v, how, out):
     out.turns[i, SPEED], out.turns[i, PHASE] = 0, count[WHOLE] + whole
     eta = 2.0 * n.second + law.damping * n.rate + law.stiffness * n.value
     out.outcome[i], out.time[i], out.eta[after] = how, ball[SINCE] + ball[NOW], eta
-    begin_word(count)
-    count[BOUNCES], count[WHOLE], count[MADE], ball[SINCE] = 0, -whole, after, -ball[NOW]
-
-
-@inner
-def begin_word(count):
-    """Write the word that has an impact on the base wall alone."""
     count[CODE], count[POWER], count[LETTER], count[ROW] = Word(0, 1, BASE, 1)
+    count[BOUNCES], count[WHOLE], count[MADE], ball[SINCE] = 0, -whole, after, -ball[NOW]
 
 
 @inner
@@ -240,7 +234,7 @@ def prepare(p, ball, count, eta, out):
     """
     v, phi = out.states[START, SPEED], out.states[START, PHASE]
     ball[ANGLE], ball[ETA], out.eta[START] = phi, eta, eta
-    begin_word(count)
+    count[CODE], count[POWER], count[LETTER], count[ROW] = Word(0, 1, BASE, 1)
     count[UP], count[WHOLE] = on_top(p), 0
     count[FATE] = UNDER_WAY if is_state(v, phi) else INVALID
 

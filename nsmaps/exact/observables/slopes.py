@@ -69,18 +69,12 @@ def add_slopes(q, g, count, row, of_flights, weight, slopes):
 
 
 @inlined
-def along_parameters(j):
-    """One for the direction of the parameters, otherwise zero."""
-    return 1.0 if j == BY_PARAMETERS else 0.0
-
-
-@inlined
 def add_impact(sums, leg, impact, slope, speed_after):
     """Add the derivatives of an impact, at which the derivative of the impact law is `slope`."""
     _, q, g, slopes = sums
     q.y[V], q.y[V_AFTER], q.y[PLACE] = impact.speed, speed_after, leg.place
     for j in range(3):
-        by = along_parameters(j)
+        by = 1.0 if j == BY_PARAMETERS else 0.0
         g.d[V, j] = g.carried[SPEED, j]
         g.d[V_AFTER, j] = slope * g.carried[SPEED, j] + by * leg.speed_p
         g.d[PLACE, j] = by * leg.place_p
@@ -100,7 +94,7 @@ def add_instant(x, weight, context):
     d, v, _, _, _, _ = evaluate(p, x)
     q.y[AT_PLACE], q.y[AT_VELOCITY] = leg.place + d, v
     for j in range(3):
-        by, turned = along_parameters(j), g.carried[PHASE, j]
+        by, turned = (1.0 if j == BY_PARAMETERS else 0.0), g.carried[PHASE, j]
         g.d[AT_PLACE, j] = z_phi * turned + z_w * g.back[AFTER, j] + by * (leg.place_p + place_p)
         g.d[AT_VELOCITY, j] = v_phi * turned + v_w * g.back[AFTER, j] + by * velocity_p
         g.phase[j] = turned + by * leg.rate_p * x
@@ -121,7 +115,7 @@ def carry_to_impact(p, sums, leg, up, s):
         q.y[AT_PLACE], q.y[AT_VELOCITY] = leg.place + d, velocity
         evaluate_formulas(q, q.flight, phase_at(p, leg.phase, s))
     for j in range(3):
-        by, turned = along_parameters(j), g.carried[PHASE, j]
+        by, turned = (1.0 if j == BY_PARAMETERS else 0.0), g.carried[PHASE, j]
         dt = -(by * (leg.place_p - wall_p + place_p) + z_phi * turned + z_w * g.back[AFTER, j]) / velocity
         g.carried[SPEED, j] = into * (a * dt + by * velocity_p + v_phi * turned + v_w * g.back[AFTER, j])
         g.carried[PHASE, j] = turned + by * leg.rate_p * s + phase_rate(p) * dt

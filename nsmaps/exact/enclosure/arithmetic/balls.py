@@ -8,8 +8,6 @@ Acta Numerica 19, 2010, section 10). An infinite or NaN radius states that nothi
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from nsmaps.exact.engine.jit import inlined, inner
 
 UNIT = 2.3e-16  #: more than 2^-52: at least one unit in the last place
@@ -27,7 +25,7 @@ class Ball(NamedTuple):
     radius: float
 
 
-ZERO, ONE = Ball(0.0, 0.0), Ball(1.0, 0.0)
+ZERO, ONE, TURN = Ball(0.0, 0.0), Ball(1.0, 0.0), Ball(2.0 * math.pi, 2.0 * PI_REST)
 
 
 @inlined
@@ -174,12 +172,6 @@ def bmax(a, b):
 def bmin(a, b):
     """The minimum."""
     return between(min(low(a), low(b)), min(high(a), high(b)))
-
-
-@inner
-def angle_of_turns(phi):
-    """The angle of the whole turns in a phase."""
-    return bmul(exact(np.floor(phi / (2.0 * math.pi))), Ball(2.0 * math.pi, 2.0 * PI_REST))
 
 
 @inlined

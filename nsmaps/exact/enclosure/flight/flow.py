@@ -151,12 +151,6 @@ def linear_ball(t, row, at, z, w):
     return value, slope, bend
 
 
-@inlined
-def section(t, which):
-    """The index at which coefficients of a kind begin; a ball takes two numbers."""
-    return which * 2 * (int(t[POWERS]) + 2 * (int(t[SIMPLE]) + int(t[CHAINED])))
-
-
 @inner
 def ball_begin(p, c, at, z, w):
     """Write the coefficients of flights from phases `at`, place z and velocities w, and their derivatives: see `PLAIN`."""
@@ -232,7 +226,8 @@ def at_time(p, s):
 def apply_coefficients(p, c, which, orders):
     """Displacement and its first `orders` time derivatives, at most three, for coefficients of a kind: see `PLAIN`."""
     t = p.table
-    n, k, s = int(t[POWERS]), c + section(t, which), ball_in(t, p.basis)
+    n, s = int(t[POWERS]), ball_in(t, p.basis)
+    k = c + which * 2 * (n + 2 * (int(t[SIMPLE]) + int(t[CHAINED])))  # a ball takes two numbers
     total = polynomial(t, k, n, s)
     k += 2 * n
     for i in range(int(t[SIMPLE])):

@@ -9,7 +9,7 @@ symbols; its *features* are the forms of the states, of 1 and of the waves of th
 as in `balls`.
 """
 
-from nsmaps.exact.enclosure.arithmetic.balls import GROW, TINY, UNIT, Ball, bneg, high, low
+from nsmaps.exact.enclosure.arithmetic.balls import GROW, TINY, UNIT, Ball, high, low
 from nsmaps.exact.enclosure.arithmetic.elementary import bwave
 from nsmaps.exact.engine.constants import ROUNDING
 from nsmaps.exact.engine.jit import inlined, inner
@@ -118,12 +118,6 @@ def put_wave(form, value, slope, phase, spread, remainder):
     form[REMAINDER] += remainder
 
 
-@inlined
-def times_harmonic(m, ball):
-    """The product of a ball with the number of a harmonic of the forcing, whose waves have larger errors than it rounds by."""
-    return Ball(m * ball.centre, m * ball.radius)
-
-
 @inner
 def add_waves(phase, z, n):
     """Write 1 and the waves of the phase behind the states of features."""
@@ -137,9 +131,9 @@ def add_waves(phase, z, n):
         linear_part = bend + m * phase[REMAINDER] < m * spread and bend < 0.5
         less, sine, _ = bwave(centre if linear_part else Ball(centre.centre, (centre.radius + m * spread) * GROW))
         cosine = Ball(1.0 + less.centre, less.radius + UNIT)
-        if linear_part:
-            put_wave(cosine_form, cosine, bneg(times_harmonic(m, sine)), phase, spread, bend)
-            put_wave(sine_form, sine, times_harmonic(m, cosine), phase, spread, bend)
+        if linear_part:  # errors of waves are larger than what their products with m round by
+            put_wave(cosine_form, cosine, Ball(-m * sine.centre, m * sine.radius), phase, spread, bend)
+            put_wave(sine_form, sine, Ball(m * cosine.centre, m * cosine.radius), phase, spread, bend)
         else:
             put_plain(cosine_form, cosine)
             put_plain(sine_form, sine)

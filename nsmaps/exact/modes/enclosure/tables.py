@@ -82,6 +82,10 @@ def series_of(unit: arb_mat) -> dict[str, Floats]:
     _, flow, *_ = terms
     size = np.abs(flow)
     (grown,) = exponential(size[None])
+    with ctx.extraprec(2 * CELLS**2):  # for numbers that fall by e a cell
+        *_, last = near = powers_of(cell := unit.mid().exp())
+        far = powers_of(last * cell)
+        whole = {"near": floats_of(near), "far": floats_of(far)}
     left_out = np.linalg.matrix_power(size, POWERS + 1) @ grown / factorial(POWERS + 1)
     return {
         "flows": flow,
@@ -89,16 +93,8 @@ def series_of(unit: arb_mat) -> dict[str, Floats]:
         "powers": terms,
         "blur": np.abs(terms[1:]).sum(axis=0) * WIDER,
         "left_out": left_out * WIDER,
-        **flows_of_cells(unit),
+        **whole,
     }
-
-
-def flows_of_cells(unit: arb_mat) -> dict[str, Floats]:
-    """The flows of whole cells, with digits for numbers that fall by e a cell."""
-    with ctx.extraprec(2 * CELLS**2):
-        cell = unit.mid().exp()
-        *_, last = near = powers_of(cell)
-        return {"near": floats_of(near), "far": floats_of(powers_of(last * cell))}
 
 
 def powers_of(matrix: arb_mat) -> list[arb_mat]:

@@ -90,12 +90,6 @@ def term_exponent(row, m, share):
     return largest
 
 
-@inner
-def power_of_two(exponent):
-    """2 to a power."""
-    return math.exp(LOG_2 * exponent)
-
-
 class Sums(NamedTuple):
     """Sums of the terms of a series behind the first."""
 
@@ -172,7 +166,7 @@ def take_step(p, mode, max_length, w):
     for i in range(len(w.piece.series)):
         if i < p.own or is_watched(p, mode, i):
             exponent = row_exponent(w.piece.series[i], UNIT_EXPONENT, exponent)
-    h = min(h, power_of_two(exact_exponent(w.piece.variations, p.own, FAINT_EXPONENT, exponent)))
+    h = min(h, math.exp(LOG_2 * exact_exponent(w.piece.variations, p.own, FAINT_EXPONENT, exponent)))
     for _ in range(MOST_HALVINGS):
         if not h > 0.0:
             break

@@ -3,10 +3,12 @@
 Series are in time in longest steps of the mode; other quantities are in the units of the system, phases in radians.
 """
 
+import math
+
 from nsmaps.exact.engine.jit import inner
 from nsmaps.exact.engine.returns import ACCUMULATES, BLOCKED, REPELLING, RETURNED
 from nsmaps.exact.modes.flights.laws import size_column, size_place, slope_column, slope_place
-from nsmaps.exact.modes.flights.pieces import UNIT_EXPONENT, exact_exponent, expand, exponent_of, power_of_two
+from nsmaps.exact.modes.flights.pieces import LOG_2, UNIT_EXPONENT, exact_exponent, expand, exponent_of
 from nsmaps.exact.modes.flights.states import dot, velocity
 from nsmaps.exact.modes.march.flight import NOW
 from nsmaps.exact.modes.march.section import is_repelled
@@ -101,7 +103,7 @@ def further_sizes(p, mode, k, w):
         next_term(p, mode, w.e, k, True)
     elif k == 0:
         velocity(p, mode, w.z, w.field, w)
-        h = min(p.horizon, power_of_two(exact_exponent(w.piece.series, 0, UNIT_EXPONENT, exponent_of(p.horizon) + 1.0)))
+        h = min(p.horizon, math.exp(LOG_2 * exact_exponent(w.piece.series, 0, UNIT_EXPONENT, exponent_of(p.horizon) + 1.0)))
         step = p.steps[mode]
         for j in range(len(w.piece.state)):
             w.e[LINEAR, j] = size_of_rate(p, j, w) * step

@@ -161,10 +161,9 @@ def first_flights(definition: Definition, table: Tables, starts: Floats) -> Iter
 def impacts_of(definition: Definition, table: Tables, start: Floats, n: int, chatter: float) -> Impacts:
     """The first n impacts and releases of the motion from one state, shape (2,). StateError if it is not a start."""
     events = list(islice(events_of(definition, table, start, chatter), n))
-    ones = [definition.transitions[event.transition] for event in events]
-    wall = np.array([definition.letters.index(one.name) for one in ones], np.int8)
-    time, phase = (np.array([getattr(event, name) for event in events]) for name in ("time", "phase"))
-    speed = np.abs([event.before[SPEED] for event in events])
+    transitions, _, time, phase, before, _, _ = map(np.array, zip(*events, strict=True))
+    ones = [definition.transitions[k] for k in transitions]
+    wall, speed = np.array([definition.letters.index(one.name) for one in ones], np.int8), np.abs(before[:, SPEED])
     begun = [CHATTERED if event.contact == CHATTER else RESTED for event in events]  # how the contact at it begins
     marks = ["", *(mark if one.releases else "" for mark, one in zip(begun, ones[1:], strict=False))]
     *_, last = events
