@@ -5,7 +5,6 @@ writes the Taylor coefficients of all states to `tc`, shape (states, order + 1).
 """
 
 import ctypes
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -63,15 +62,9 @@ def _load_libraries() -> None:
 
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    for path in sorted(set(_library_files())):
+    paths = {line.split(maxsplit=FIELDS).pop() for line in MAPPED.read_text().splitlines()}
+    for path in sorted(path for path in paths if Path(path).name.startswith(LIBRARIES)):
         llvm.load_library_permanently(path)
-
-
-def _library_files() -> Iterator[str]:
-    for line in MAPPED.read_text().splitlines():
-        *_, path = line.split(maxsplit=FIELDS)
-        if Path(path).name.startswith(LIBRARIES):
-            yield path
 
 
 def python_step(program: Any) -> Step:

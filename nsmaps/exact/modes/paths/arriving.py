@@ -28,7 +28,9 @@ def arrivals_of(
     definition: Definition, table: Tables, states: ArrayLike, modes: str | Sequence[str] | None, derivative: bool
 ) -> Arrivals:
     """As `HybridSystem.arrivals`."""
-    names = start_names(definition, forced=table.rate > 0)
+    angles = [name for name in definition.coordinates if name not in definition.states] or ["phi"]
+    angles = angles if table.rate > 0 else []  # with forcing the phase, by the name that the section has for it
+    names = Coordinates((*definition.states, *angles[:1]), angles=angles[:1])
     start = as_states(states, names)
     n, m = len(definition.states), len(definition.coordinates)
     given = modes_given(modes, len(start))
@@ -69,12 +71,6 @@ def arrived_alone(definition: Definition, table: Tables, state: Floats, mode: st
     found, w = record(np.zeros((1, len(definition.coordinates))), 1, 0), memory(table, 0)
     arrivals(table, chosen, place, phase, found, 0, w)
     return Outcome(found.outcome.item()), found.time.item(), chosen.item(), w
-
-
-def start_names(definition: Definition, forced: bool) -> Coordinates:
-    """The states and, with forcing, the phase, by the name that the section has for it or `phi`."""
-    angles = [name for name in definition.coordinates if name not in definition.states] or ["phi"]
-    return Coordinates((*definition.states, *angles[:forced]), angles=angles[:forced])
 
 
 def features_of(table: Tables, states: Floats, phase: Floats) -> Floats:

@@ -45,13 +45,6 @@ def phase_of_fall(definition: Definition, function: Floats, values: Sequence[flo
     return 0.0 if value == 0.0 and fall == len(grid) - 2 else float((high - height / slope) % TWO_PI)
 
 
-def later_fall(function: Floats, change: Floats, states: int, phase: float) -> float:
-    """How fast that phase moves where the function, a row over the features, changes at a rate given as a row."""
-    rise, _ = at_phase(change[states:], phase)
-    _, slope = at_phase(function[states:], phase)
-    return float(-rise / slope)
-
-
 def at_phase(waves: Floats, phi: ArrayLike) -> tuple[Floats, Floats]:
     """A function of phases, by its coefficients of 1 and of the waves, and its derivative."""
     m = np.arange(1, len(waves) // 2 + 1)

@@ -15,7 +15,7 @@ from nsmaps.exact.compiling.addresses import by_address
 from nsmaps.exact.engine.constants import OUTWARD
 from nsmaps.exact.modes.definitions.definition import Definition
 from nsmaps.exact.modes.definitions.numbers import Numbers
-from nsmaps.exact.modes.tables.clock import later_fall, phase_of_fall
+from nsmaps.exact.modes.tables.clock import at_phase, phase_of_fall
 from nsmaps.exact.modes.tables.memory import Moved
 from nsmaps.exact.modes.tables.nonlinear import taylor_of
 from nsmaps.exact.modes.tables.polynomials import exponential_series, polynomials_of
@@ -213,7 +213,9 @@ def moved_of(definition: Definition, table: Tables, values: Sequence[float], rat
     changes, functions, resets, states = total
     later = 0.0
     if definition.clock >= 0:
-        later = later_fall(table.functions[table.function[definition.clock]], functions[definition.clock], n, table.phase)
+        row = table.functions[table.function[definition.clock]]
+        (rise, _), (_, slope) = at_phase(functions[definition.clock][n:], table.phase), at_phase(row[n:], table.phase)
+        later = float(-rise / slope)
     flows, leads = moved_flows(table, changes, turn), first_choices(table)
     return Moved(True, turn, later, rates, flows, functions[leads], resets, states)
 
