@@ -93,7 +93,7 @@ def fixed_fields(definition: Definition) -> dict[str, Any]:
     letters, transitions, states, modes = definition.letters, definition.transitions, definition.states, definition.modes
     names = {transitions[start.transition].name for start in definition.starts}
     guards = [one.guard for one in transitions if one.begins]
-    flat = [one for one in definition.surfaces if not any(one.rows[0].coefficients[len(states) :])]
+    flat = [one for one in definition.surfaces if not any(next(iter(one.rows)).coefficients[len(states) :])]
     slides = {f"{mode} to {one.name}": len(guards) for one in flat for mode in one.modes}
     return {
         "mode": np.array([one.mode for one in transitions]),
