@@ -207,7 +207,7 @@ def test_a_share_of_the_basin_takes_from_the_optimum(harvester: nsmaps.dynamics.
     found = nsmaps.optimize(*how, states=grid, share=0.8, n_guesses=1, max_returns=300, tolerances={"d": 0.01})
     assert found.active == ("share",)
     shares = []
-    for d in found.parameters["d"] + np.array([0, 0.01, -0.01]):
+    for d in found.parameters["d"] + np.array([0, 0.01, -0.01, 7e-4, -7e-4]):
         system = PAIR.at(g_bar=0.1, d=d)
         cycle = nsmaps.periodic_orbit(system, found.orbit.states).states[0]
         last = nsmaps.orbit(system, grid.states(), 300).final
@@ -220,9 +220,9 @@ def test_a_share_of_the_basin_takes_from_the_optimum(harvester: nsmaps.dynamics.
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("tolerance", [0.01, 0.01 * (1 + 1e-13), 0.01 * (1 - 1e-9), 0.01 * (1 + 1e-5)])
+@pytest.mark.parametrize("tolerance", [0.01, 0.01 * (1 + 1e-13)])
 def test_a_share_that_changes_erratically_is_kept_near_the_most_whatever_the_rounding(tolerance: float) -> None:
-    """COBYLA by itself ends between 57.8/64.5 and 66.7/64.5, or without a point that holds the share, by such changes."""
+    """A search that continues from one point ends between 57.8/64.5 and 66.7/64.5, or without one, by such changes."""
     grid = nsmaps.Grid(
         axes={"v": nsmaps.Axis(low=0.05, high=1.95, points=16), "phi": nsmaps.Axis(low=0, high=2 * pi * 15 / 16, points=16)}
     )
@@ -232,7 +232,7 @@ def test_a_share_that_changes_erratically_is_kept_near_the_most_whatever_the_rou
         *how, guess=NEAR, motion="1:1/T", states=grid, share=0.9, tolerances=kept, max_returns=300, n_guesses=1
     )
     assert found.conditions[-1].value >= 0.9
-    assert found.value > 65.5 / 64.5
+    assert found.value > 66.3 / 64.5
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The basin of a motion as a condition: its share of some states, sampled, and a search without its derivative."""
+"""The basin of a motion as a condition: its share of some states, sampled, and a search without a derivative."""
 
 from dataclasses import dataclass, field
 
@@ -11,10 +11,9 @@ from nsmaps.dynamics.design.problem import Point
 from nsmaps.dynamics.design.search import Search
 
 REACH = 1e-6  #: distance from the motion, in its scale, within which a state has come to it
-FIRST, LAST = 0.05, 1e-3  #: steps of COBYLA, as shares of the parameters' ranges
-TRIALS = 60  #: points of COBYLA, at most
-SPREAD = 64  #: points in the bounds that are tried where one is better than the best known
-ROUNDS = 8  #: searches from the best point known, at most
+BESIDE = 1e-3  #: share of a parameter's range within which a share that is asked for is held too: it is erratic
+SIZES, SPREAD = 10, 8  #: boxes in which points are tried, each half as wide as the one before, and points in each per parameter
+ROUNDS = 8  #: times that they are tried, at most
 
 
 def attractor_of(point: Point) -> Attractor:
@@ -34,15 +33,15 @@ class Basin:
     least: float  #: share that is asked for
     offsets: Floats  #: shape (m, k), of parameters at which the share is asked for, as shares of their ranges, zero first
     shares: dict[bytes, float] = field(default_factory=dict)
-    met: list[Point] = field(default_factory=list)  #: motions that meet all conditions
 
     def share(self, point: Point) -> float:
         """The least share of the states that come to a motion, at its parameters and beside them; or the first one too small."""
         key = point.at.tobytes()
         if key not in self.shares:
             found = 1.0
-            for offset in self.offsets:
-                found = min(found, self._share(point.at + offset))
+            beside = BESIDE * np.vstack([np.eye(len(point.at)), -np.eye(len(point.at))]) if self.least else self.offsets[:0]
+            for at in (*(point.at + self.offsets), *np.clip(point.at + beside, 0.0, 1.0)):
+                found = min(found, self._share(at))
                 if found < self.least:
                     break
             self.shares[key] = found
@@ -55,60 +54,30 @@ class Basin:
             return 0.0
         return float((follow(point.system, self.states, [attractor_of(point)], self.returns, in_time=True).label == 0).mean())
 
-    def conditions(self, at: Floats) -> Floats:
-        """The conditions and the share beyond what is asked for, shape (c + 1,)."""
-        point, found = self.search.here(at)
-        if point is None:
-            return np.append(found, -1.0)
-        beyond = self.share(point) - self.least
-        if beyond >= 0 and self.search.met(at):
-            self.met.append(point)
-        return np.append(found, beyond)
-
     def best(self, begin: Floats) -> Point | None:
-        """The best motion known that meets all conditions; None without one.
+        """The best motion found that meets all conditions; None without one.
 
-        COBYLA first continues from `begin`. Which of the points that hold the share it meets is chance, so that points spread
-        over the bounds are tried too, those of the best values first, until one is better; then COBYLA continues from the
-        best known, as long as that leads further.
+        Which points hold the share is erratic, so that points of a Halton sequence are tried in boxes of all sizes around
+        `begin`, those of the best values first, until one holds it; then around that, as long as it leads to a better one.
         """
-        self._search(begin)
-        for at in self._spread(len(begin)):
-            if self.search.sought(at) >= self._least():
-                break
-            self.conditions(at)
-        for _ in range(ROUNDS):
-            least = self._least()
-            if self.met:
-                self._search(self._known().at)
-            if self._least() >= least:
-                break
-        return self._known() if self.met else None
-
-    def _spread(self, k: int) -> list[Floats]:
-        """Points of a Halton sequence at which the other conditions are met, the best first."""
         from scipy.stats.qmc import Halton
 
-        return sorted(filter(self.search.met, Halton(k, scramble=False).random(SPREAD)), key=self.search.sought)
+        k, found, around = len(begin), None, begin
+        points, sides = Halton(k, scramble=False), np.repeat(0.5 ** np.arange(-1, SIZES - 1), SPREAD * k)[:, None]
+        for _ in range(ROUNDS):
+            spread = np.clip(around + sides * (points.random(len(sides)) - 0.5), 0.0, 1.0)
+            better = self._first(spread, np.inf if found is None else self.search.sought(found.at))
+            if better is None:
+                break
+            found, around = better, better.at
+        return found
 
-    def _known(self) -> Point:
-        """The best motion known that meets all conditions."""
-        return min(self.met, key=lambda point: self.search.sign * point.value)
-
-    def _least(self) -> float:
-        """What is sought at the best motion known; infinite without one."""
-        return self.search.sought(self._known().at) if self.met else np.inf
-
-    def _search(self, begin: Floats) -> None:
-        """Search with COBYLA; its points that meet all conditions are kept."""
-        from scipy.optimize import minimize
-
-        minimize(
-            lambda x: min(self.search.sought(np.clip(x, 0.0, 1.0)), 1e3),
-            begin,
-            bounds=[(0.0, 1.0)] * len(begin),
-            constraints=[{"type": "ineq", "fun": lambda x: self.conditions(np.clip(x, 0.0, 1.0))}],
-            method="COBYLA",
-            tol=LAST,
-            options={"rhobeg": FIRST, "maxiter": TRIALS},
-        )
+    def _first(self, spread: Floats, limit: float) -> Point | None:
+        """The best motion at some parameters (m, k), better than a limit, that meets all conditions."""
+        for at in sorted(filter(self.search.met, spread), key=self.search.sought):
+            point = self.search.here(at)[0]
+            if point is None or self.search.sought(at) >= limit:
+                break
+            if self.share(point) >= self.least:
+                return point
+        return None

@@ -139,8 +139,8 @@ def optimize(
             walls that are not met as shares of the distance flown at it in a radian of phase.
         states: whose basins are computed at the optimum, as of `basins`; None for none.
         share: of these states that is at least to come to the motion. It is sampled and has no derivative: where the optimum of
-            SLSQP has less, COBYLA continues from there and from a better point of 64 in the bounds, with the same states, to
-            steps of 1e-3 of the bounds.
+            SLSQP has less, the best point that holds it is sought in boxes of all sizes around that, and around the best one
+            known, down to 4e-3 of the bounds, with the same states. Neighbours within 1e-3 of the bounds have to hold it too.
         tolerances: of parameters. The share is also to be kept where one of them differs by its tolerance, either way, since the
             basins of attractors that come and go change with every parameter.
         max_returns: within which a state is to come to the motion.
