@@ -67,9 +67,10 @@ class Basin:
         for _ in range(ROUNDS):
             spread = np.clip(around + sides * (points.random(len(sides)) - 0.5), 0.0, 1.0)
             better = self._first(spread, np.inf if found is None else self.search.sought(found.at))
-            if better is None:
+            if better is not None:
+                found, around = better, better.at
+            elif found is not None:
                 break
-            found, around = better, better.at
         return found
 
     def _first(self, spread: Floats, limit: float) -> Point | None:
