@@ -101,7 +101,7 @@ def _root(function: Curve, near: float, reach: Floats) -> float:
     """
     from scipy.optimize import brentq
 
-    x = np.linspace(*reach, POINTS)
+    x = np.linspace(reach[0], reach[1], POINTS)
     over = function(x) - x
     changes = np.flatnonzero(over[:-1] * over[1:] <= 0)
     if not len(changes):
