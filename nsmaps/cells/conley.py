@@ -66,5 +66,9 @@ def _in_window(cells: Cells, hulls: Floats) -> Floats:
     hulls = hulls.copy()
     hulls[unknown] = cells.box + size * [-0.5, 0.5]
     hulls[none] = cells.box + 2 * size
-    turns = np.floor((hulls[:, :, 0] - low) / TWO_PI) * cells.coordinates.angles
-    return hulls - TWO_PI * turns[:, :, None]
+    part = cells.coordinates.angles & ~cells.circles  # of a turn, whose ends an image may pass on either side
+    turns = np.floor((np.where(part, hulls[:, :, 1], hulls[:, :, 0]) - low) / TWO_PI) * cells.coordinates.angles
+    hulls -= TWO_PI * turns[:, :, None]
+    both = part & (hulls[:, :, 0] + TWO_PI <= high)
+    hulls[:, :, 1] = np.where(both, np.maximum(hulls[:, :, 1], high), hulls[:, :, 1])
+    return hulls

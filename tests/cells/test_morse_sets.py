@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from messages import message
 
-from nsmaps.cells.conley import conley_indices
+from nsmaps.cells.conley import _in_window, conley_indices
 from nsmaps.cells.grid import Cells, counted, painted, targets_of
 from nsmaps.cells.morse import forward_invariant_set, morse_sets
 from nsmaps.cells.transition_graph import graph_of, recurrent
@@ -217,6 +217,20 @@ def test_conley_indices_of_known_sets():
     assert ("x^2-1", "0", "0") in indices
     assert ("0", "x+1", "0") in indices
     assert conley_indices(Turn(), [[-1, 1], [0, TURN]], depth=5).indices[0] == ("x-1", "x-1", "0")
+
+
+@pytest.mark.parametrize("window", [(0.2, 0.6), (0.0, 6.0), (-1.0, 3.0), (5.0, 8.0)])
+def test_images_about_either_end_of_a_part_of_a_turn_are_kept(window):
+    """Every angle of an image that lies in the window on some turn lies in the box that stands for the image."""
+    rng = np.random.default_rng(0)
+    low = rng.uniform(-9, 9, 400)
+    hulls = np.stack([low, low + rng.uniform(0, 2, 400)], axis=1)
+    (moved,) = _in_window(Cells.over((Angle("a"),), [window], 1), hulls[:, None, :].copy()).transpose(1, 0, 2)
+    angles = np.linspace(*hulls.T, 50)[..., None] + TURN * np.arange(-4, 5)
+    inside = (window[0] <= angles) & (angles <= window[1])
+    held = (moved[:, :1] <= angles + 1e-12) & (angles - 1e-12 <= moved[:, 1:])
+    assert inside.any()
+    assert held[inside].all()
 
 
 def test_without_the_extra_the_error_names_it():
