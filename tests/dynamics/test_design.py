@@ -1,5 +1,6 @@
 """Optima of observables over parameters: closed forms, conditions that bind, gradients, and what is refused."""
 
+import re
 from collections.abc import Callable
 from itertools import pairwise
 from math import pi
@@ -240,7 +241,7 @@ def test_a_share_that_changes_erratically_is_kept_near_the_most_whatever_the_rou
     [
         (
             {"multiplier": 0.2, **ALONE},
-            message("dynamics.no-optimum", most=0.2),
+            message("dynamics.no-optimum", multiplier=re.compile("0.8.*"), most=0.2),
         ),
         (
             {"motion": "2:1/T"},
@@ -265,8 +266,11 @@ def test_a_share_that_changes_erratically_is_kept_near_the_most_whatever_the_rou
         ({"tolerances": {"r": 0.1}}, message("dynamics.tolerances", name="r", value=0.1, names="d, g_bar")),
         ({"tolerances": {"d": 0.0}}, message("dynamics.tolerances", name="d", value=0)),
         ({"per": "year"}, message("errors.value", name="per", value="'year'", expected="'period' or 'return' or 'time'")),
-        ({"observable": "los"}, message("exact.observable-near", name="los", near="loss")),
-        ({"observable": {"name": "peak", "formula": "v", "largest": True}}, message("dynamics.no-derivative", name="peak")),
+        ({"observable": "los"}, message("exact.observable-near", name="los", map="VIPair", near="loss")),
+        (
+            {"observable": {"name": "peak", "formula": "v", "largest": True}},
+            message("dynamics.no-derivative", name="peak", place=re.compile("d = 0.35.*")),
+        ),
         ({"start": [0.01, 3.0], "period": 7}, message("dynamics.no-orbit-from-start", place="d = 0.35, g_bar = 0.211328")),
         (
             {"graze": 0.06, "start": [0.0820254, 3.7085256], "period": 3},

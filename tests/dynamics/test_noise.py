@@ -90,7 +90,7 @@ class Bent(ImpactSystem):
 
 
 def test_flights_without_a_linear_law_are_refused():
-    with pytest.raises(SystemDefinitionError, match=message("exact.not-linear-in-hit")):
+    with pytest.raises(SystemDefinitionError, match=message("exact.not-linear-in-hit", formula="hit.w**2")):
         noisy_orbits(Bent(), [0.1, 0.1], QUIET, n_returns=3)
 
 

@@ -133,7 +133,7 @@ def test_impacts_without_number_lose_the_energy_that_is_left() -> None:
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ("losss", message("exact.observable-near", name="losss", near="loss")),
+        ("losss", message("exact.observable-near", name="losss", map="VIPair", near="loss")),
         (
             {"name": "a", "formula": "v*q"},
             message("errors.unknown", kind="name", name="q", known="d, r, g_bar, phi, t, v", at="formula 'v*q', column 3"),

@@ -1,5 +1,6 @@
 """Quantifiers of attractors, of the logistic map, whose cycles of period two are known in closed form."""
 
+import re
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
@@ -81,7 +82,9 @@ def test_processes_receive_functions_of_modules():
         parallel = nsmaps.Parallel(executor=executor)
         made = nsmaps.parameter_plane(Tall(), plane, [0.3], **how, quantifiers={"mean": mean}, parallel=parallel)
         assert made.quantifiers["mean"][1, 1, 0] == pytest.approx(2 * 4.2 / 6.4)
-        with pytest.raises(nsmaps.NsmapsError, match=message("parallel.not-sent")):
+        with pytest.raises(
+            nsmaps.NsmapsError, match=message("parallel.quantifier-not-sent", name="m", function=re.compile(".*<lambda>.*"))
+        ):
             nsmaps.parameter_plane(
                 Tall(), plane, [0.3], **how, quantifiers={"m": lambda states, return_map: 1.0}, parallel=parallel
             )

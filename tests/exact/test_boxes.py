@@ -1,5 +1,6 @@
 """Images of boxes against exact returns of their states, references in 50 digits, and the arithmetic against mpmath."""
 
+import re
 from types import SimpleNamespace
 
 import mpmath as mp
@@ -234,7 +235,7 @@ def test_what_cannot_be_enclosed_is_refused():
         def rebound(self, speed, wall):
             return self.r * sp.atan(speed)
 
-    with pytest.raises(ProofError, match=message("exact.not-enclosed")):
+    with pytest.raises(ProofError, match=message("exact.not-enclosed", formula=re.compile("atan.*"))):
         Soft(a=1.0).image_boxes([[[0.5, 0.6], [0, 0.1]]])
     with pytest.raises(ProofError, match=message("exact.not-real")):
         ball_code(sp.I)

@@ -135,7 +135,7 @@ def test_edge_inputs_are_data(pair):
 
 @pytest.mark.parametrize("states", [[0.1, 0.2], [[0.1]], [[0.1, 0.2, 0.3]], 1.0])
 def test_wrong_shape_is_an_error(pair, states):
-    with pytest.raises(StateError, match=message("errors.shape", what="states have")):
+    with pytest.raises(StateError, match=message("errors.shape", what="states have", expected="shape (N, 2)")):
         pair(0.35).first_return(states)
 
 

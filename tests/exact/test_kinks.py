@@ -1,5 +1,6 @@
 """Kinks in formulas: parts of modes by the signs of their arguments, which results do not show."""
 
+import re
 from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any
@@ -279,7 +280,10 @@ def test_contact_that_lasts_and_sliding_follow_from_rates_with_kinks() -> None:
             message("exact.no-series-at", formula="(-y.x)**(3/2)", function="y.x"),
         ),
         (lambda y: sp.Piecewise((y.x, y.x > 0)), message("exact.no-last-piece", state="v")),
-        (lambda y: sp.Piecewise((y.x, sp.Ne(y.x, 0)), (1, True)), message("exact.piecewise-condition")),
+        (
+            lambda y: sp.Piecewise((y.x, sp.Ne(y.x, 0)), (1, True)),
+            message("exact.piecewise-condition", condition=re.compile("Ne.*")),
+        ),
     ],
 )
 def test_kinks_that_cannot_be_followed_are_refused_with_a_way_out(force: Any, said: str) -> None:

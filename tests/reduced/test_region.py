@@ -128,7 +128,7 @@ def test_angles_stay_angles_and_the_coordinates_give_the_order():
     ("bounds", "said"),
     [
         ({"v": (1, 1)}, message("coordinates.box", box="v from 1.0 to 1.0")),
-        ({"v": (2, 1)}, message("coordinates.box")),
+        ({"v": (2, 1)}, message("coordinates.box", box="v from 2.0 to 1.0", names="v")),
         ({"v": (0, math.nan)}, message("reduced.not-finite")),
         ({"v": (0, "x")}, message("errors.unknown", kind="name", name="x")),
         ({"v": (0, 1, 2)}, message("others.too-many", number=2)),

@@ -1,5 +1,7 @@
 """The map of strips against the exact map, its edges against grazes found in 40 digits."""
 
+import re
+
 import mpmath
 import numpy as np
 import pytest
@@ -215,8 +217,8 @@ def test_one_leaf_may_do(pair):
         ((0.0, 1.0), (0.0, 1.0), 1e-3, message("reduced.speeds")),
         ((1.0, 0.1), (0.0, 1.0), 1e-3, message("coordinates.box-with-angles", box="v from 1.0 to 0.1")),
         ((0.1, np.inf), (0.0, 1.0), 1e-3, message("coordinates.box-with-angles", box="v from 0.1 to inf")),
-        ((0.1, 1.0), (1.0, 1.0), 1e-3, message("coordinates.box-with-angles")),
-        ((0.1, 1.0), (0.0, 7.0), 1e-3, message("coordinates.box-with-angles")),
+        ((0.1, 1.0), (1.0, 1.0), 1e-3, message("coordinates.box-with-angles", box=re.compile("phi from .*"))),
+        ((0.1, 1.0), (0.0, 7.0), 1e-3, message("coordinates.box-with-angles", box=re.compile("phi from .*"))),
     ],
 )
 def test_bad_boxes_are_refused(pair, speeds, phases, tolerance, what):

@@ -240,6 +240,7 @@ def test_an_error_of_a_family_is_at_its_place(folder: Path) -> None:
     where = message(
         "study.returned-alone",
         method="Lost.contains",
+        place=re.compile(r".*mine\.py:\d+"),
         number=1681,
         error="IndexError: index 5 is out of bounds",
         at="own.yaml:7:9",

@@ -1,6 +1,7 @@
 """Whose the folder of a run is: no figure, export or report of another run stays in it, and no file of anybody else goes."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -102,7 +103,7 @@ def test_a_record_that_no_run_wrote_is_not_replaced(record: str) -> None:
     Path("s.yaml").write_text(ORBIT)
     Path("out").mkdir()
     Path("out/result.json").write_text(record)
-    with pytest.raises(NsmapsError, match=message("study.no-run")):
+    with pytest.raises(NsmapsError, match=message("study.no-run", file=re.compile(r".*result\.json"))):
         nsmaps.run_study("s.yaml", out="out")
     assert Path("out/result.json").read_text() == record
 

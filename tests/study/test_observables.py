@@ -80,7 +80,7 @@ def test_the_figure_has_the_means_and_their_branches(result: StudyResult) -> Non
 @pytest.mark.parametrize(
     ("entry", "place", "said"),
     [
-        ("{observables: [los]}", "los", message("exact.observable-near", name="los", near="loss")),
+        ("{observables: [los]}", "los", message("exact.observable-near", name="los", map="VIPair", near="loss")),
         ("{observables: []}", "[]", message("errors.value", name="observables", value="[]", expected="1 entry or more")),
         (
             "{observables: [{name: a, formula: v*q}]}",

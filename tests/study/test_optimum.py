@@ -119,7 +119,11 @@ def test_the_plane_has_a_star_at_the_optimum(result: StudyResult) -> None:
 @pytest.mark.parametrize(
     ("entry", "place", "told"),
     [
-        ("observable: los, bounds: {d: [0.5, 0.8]}", "los", message("exact.observable-near", name="los", near="loss")),
+        (
+            "observable: los, bounds: {d: [0.5, 0.8]}",
+            "los",
+            message("exact.observable-near", name="los", map="VIPair", near="loss"),
+        ),
         (
             "observable: loss, bounds: {q: [0.5, 0.8]}",
             "q",

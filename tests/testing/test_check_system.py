@@ -220,7 +220,7 @@ class Unwound(BouncingBall):
         (CeilingForgotten(height=0.6), message("testing.ignored", name="height")),
         (PeriodOfOne(**BALL), message("testing.wrong-period", factor="2 pi", period=6.28319)),
         (PeriodTwice(**BALL), message("testing.shorter-period", after=6.28319, times=2, period=12.5664)),
-        (NotTheRate(**BALL), message("testing.start-of-flight", what="velocity", letter="w")),
+        (NotTheRate(**BALL), message("testing.start-with-rate")),
         (Ignored(**BALL), message("testing.ignored", system="Ignored", name="drag")),
         (OtherPlace(**BALL), message("testing.start-of-flight", what="place")),
         (Memory(**BALL), message("testing.restarted")),
