@@ -80,9 +80,9 @@ def test_a_box_meets_a_region_on_every_turn(region, turns, box):
     assert reached.any(axis=0).all(), "some states of the box may go where no image is"
 
 
+@mp.workdps(50)
 def test_a_shift_by_whole_turns_is_rounded_outwards():
     """The end of a box on a far turn, at 50 digits: no state of it may be cut off by rounding."""
-    mp.mp.dps = 50
     for turns in range(1, 2000, 37):
         low, high = 4.5 + turns * 2 * np.pi, 4.6 + turns * 2 * np.pi
         made = FullAuxiliaryMap(Linear(), REGION).image_boxes(np.array([[[0.2, 0.4], [low, high]]]))

@@ -23,10 +23,10 @@ QUIET = Noise(sigma=0, tau=1)
 
 
 @pytest.mark.parametrize("h", [1e-4, 1e-2, 0.3])
+@mp.workdps(30)
 def test_a_free_step_has_the_covariance_of_the_closed_form(h):
     """n = int (h - s) eta(s) ds: its moments as double integrals of exp(-|s - t|/tau), to 30 digits."""
     sigma, tau = 0.05, mp.mpf("0.4")
-    mp.mp.dps = 30
     transition, root = exact_step(0.0, 0.0, Noise(sigma=sigma, tau=0.4), h)
 
     @cache

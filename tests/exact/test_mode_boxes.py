@@ -172,7 +172,7 @@ def arb_rocking(flint, made, v, phi, until):
     ).exp()
 
 
-def test_flights_in_balls_of_another_library():
+def test_flights_in_balls_of_another_library(monkeypatch):
     """A flight of a block in closed form: thin pieces of a box, whose time of impact is enclosed by a change of sign."""
     flint = pytest.importorskip("flint")
     made = system("S4_rocking", reference("S4_rocking")["parameters"]["a08w4"])
@@ -181,7 +181,7 @@ def test_flights_in_balls_of_another_library():
     found = made.image_boxes(box[None])
     assert found.bounded.all()
     assert found.words.tolist() == ["RLR"]
-    flint.ctx.prec = 120
+    monkeypatch.setattr(flint.ctx, "prec", 120)
     for share in np.random.default_rng(6).random((40, 2)):
         v, phi = (flint.arb(float(x)) for x in box[:, 0] + share * np.ptp(box, axis=1))
         image = [v, phi]
