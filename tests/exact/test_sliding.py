@@ -226,6 +226,7 @@ def test_a_motion_that_starts_on_the_surface_forgets_its_distance_from_it(many: 
     decay = np.exp(-2 * np.pi)
     assert set(returns.words) == {"tt"}
     np.testing.assert_allclose(returns.image, [[0.4 + 0.6 * decay, 0.4]] * many, rtol=1e-14)
+    assert returns.derivative is not None
     np.testing.assert_allclose(returns.derivative, [[[decay, 0], [0, 0]]] * many, atol=1e-16)
     np.testing.assert_allclose(Relay().sensitivity([[1.0, 0.4]], {"h": 1.0}), [[1 - decay, 1]], rtol=1e-14)
     beside = Relay().first_return([[1.0, 0.4 + 1e-9], [1.0, 0.3]])
