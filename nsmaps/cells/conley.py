@@ -19,7 +19,7 @@ class MorseGraph:
     of: str  #: the map for which this holds
     hulls: Floats  #: shape (K, n, 2), of the Morse sets; on a circle from the window's one end to the other, if it passes it
     edges: Ints  #: shape (E, 2), from a Morse set to the next that may be reached from it
-    indices: tuple[tuple[str, ...], ...]  #: of each set, in each dimension of homology: invariant factors, "0" of the trivial
+    indices: tuple[tuple[str, ...], ...]  #: of each set, in each dimension: factors, "0" of the trivial; none: unknown
 
 
 @shows

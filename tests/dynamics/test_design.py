@@ -236,6 +236,75 @@ def test_a_share_that_changes_erratically_is_kept_near_the_most_whatever_the_rou
     assert found.value > 66.3 / 64.5
 
 
+class TwoWells(nsmaps.PiecewiseMap):
+    """x' = y, y' = a y - x/5 - y^3 + c in units U: two fixed points, x = y, with x (a - 6/5) - x^3 + c = 0, share the states."""
+
+    a: float
+    c: float
+    U: float = 1.0
+    coordinates = ("x", "y")
+
+    def pieces(self, s: Any) -> Any:
+        return {"A": (True, {"x": s.y, "y": self.a * s.y - s.x / 5 - s.y**3 / self.U**2 + self.c * self.U})}
+
+
+def wells_on_a_grid(starts: np.ndarray, share: float, points: int = 41) -> float:
+    """The largest x of the upper fixed point on a grid of parameters where it, and the neighbours on the grid, hold a share."""
+    a, c = (axis[..., None] for axis in np.meshgrid(np.linspace(1.4, 2.9, points), np.linspace(-0.2, 0.4, points), indexing="ij"))
+    cycle = np.full_like(a, 1.3)
+    for _ in range(50):
+        cycle = cycle - ((a - 1.2) * cycle - cycle**3 + c) / (a - 1.2 - 3 * cycle**2)
+    x, y = (np.broadcast_to(part, (points, points, len(starts))) for part in starts.T)
+    with np.errstate(all="ignore"):
+        for _ in range(200):
+            x, y = y, a * y - x / 5 - y**3 + c
+        holds = ((np.abs(x - cycle) < 1e-6) & (np.abs(y - cycle) < 1e-6)).mean(axis=2) >= share
+    inner = holds[1:-1, 1:-1] & holds[2:, 1:-1] & holds[:-2, 1:-1] & holds[1:-1, 2:] & holds[1:-1, :-2]
+    return float(cycle[1:-1, 1:-1, 0][inner].max())
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("unit", [1e-6, 1e6])
+def test_a_share_of_another_map_has_the_optimum_of_a_grid_in_any_units(unit: float) -> None:
+    starts = np.random.default_rng(3).uniform(-1.5, 1.5, (100, 2))
+    how: Any = {"name": "x", "formula": "x/U"}, {"a": (1.4, 2.9), "c": (-0.2, 0.4)}, [0.9 * unit, 0.9 * unit]
+    given: dict[str, Any] = {
+        "guess": {"a": 2.0, "c": 0.0},
+        "states": starts * unit,
+        "share": 0.85,
+        "max_returns": 200,
+        "n_guesses": 1,
+    }
+    found = nsmaps.optimize(lambda a, c: TwoWells(a=a, c=c, U=unit), *how, **given)
+    assert found.conditions[-1].value >= 0.85
+    assert found.value > wells_on_a_grid(starts, 0.85)
+
+
+class Cubic(nsmaps.PiecewiseMap):
+    """x' = a x - x^3 + b."""
+
+    a: float
+    b: float
+    coordinates = ("x",)
+
+    def pieces(self, s: Any) -> Any:
+        return {"A": (True, {"x": self.a * s.x - s.x**3 + self.b})}
+
+
+@pytest.mark.thorough
+def test_a_share_that_few_parameters_hold_is_found() -> None:
+    """A tenth of the bounds holds it, far from the optimum without it; the share is counted again in a loop."""
+    bounds, states = {"a": (1.2, 2.2), "b": (0.0, 1.0)}, np.linspace(-2.5, 2.5, 60)
+    how: dict[str, Any] = {"states": states[:, None], "share": 0.6, "max_returns": 200, "n_guesses": 1}
+    found = nsmaps.optimize(Cubic(a=1.5, b=0.1), "x", bounds, [0.8], **how)
+    a, b, x = found.parameters["a"], found.parameters["b"], states
+    with np.errstate(all="ignore"):
+        for _ in range(200):
+            x = a * x - x**3 + b
+        assert (np.abs(x - found.orbit.states[0]) < 1e-6).mean() >= 0.6
+    assert found.value > 0.85
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
