@@ -49,8 +49,14 @@ def _only(verdict: Verdict) -> str:
     return f"The only verdict, which is not required, {'holds' if verdict.holds else 'does not hold'}: {verdict.name}."
 
 
+def _first(names: list[str], n_names: int = 3) -> str:
+    """The first of some names, and how many more there are."""
+    more = len(names) - n_names
+    return "; ".join(names[:n_names]) + (f" and {more} more" if more > 0 else "")
+
+
 def conclusion(result: StudyResult) -> str:
-    """The required verdicts that fail, or that none does; the number of others that hold; coexisting attractors; else ""."""
+    """The required verdicts that fail, or that none does; the others that fail unexpectedly; coexisting attractors; else ""."""
     required, others = ([v for v in result.verdicts if v.required is asked] for asked in (True, False))
     failed = [f"{verdict.name} ({verdict.of})" for verdict in required if not verdict.holds]
     if failed:
@@ -65,6 +71,8 @@ def conclusion(result: StudyResult) -> str:
         expected = sum(bool(verdict.shows) for verdict in others)
         shown = f", {expected} fail{'s' * (expected == 1)} as expected" if expected else ""
         held = sum(verdict.holds for verdict in others)
+        failing = [f"{verdict.name} ({verdict.of})" for verdict in others if not verdict.holds and not verdict.shows]
+        shown += f", {len(failing)} fail{'s' * (len(failing) == 1)}: {_first(failing)}" if failing else ""
         which = f" Of {len(others)} that are not required" if required else f"Of {len(others)} verdicts, none of them required"
         text += f"{which}, {held} hold{'s' * (held == 1)}{shown}." if required or len(others) > 1 else _only(others[0])
     text += "".join(f" Expected to fail, but no verdict here that is not required: {name}." for name in unmet(result))
