@@ -11,6 +11,7 @@ if TYPE_CHECKING:
 GIGABYTE, HOUR = 1e9, 3600.0
 RETURN, DERIVED, NOISY, IMAGE = 1e-6, 3e-6, 2e-5, 1e-3  #: seconds per return, with derivative, under noise; per image of a box
 NOISY_MODES = 4e-4  #: seconds per return under noise of a system with modes
+INTEGRATED = 10.0  #: times as long where flights are integrated
 VALUE, POINT = 1e-2, 2e-2  #: seconds per value of a parameter and per point of a branch, besides returns
 UPDATE = 1.0  #: seconds per update of a domain of the exact map; of a polynomial a tenth
 STATE, MEMBER, STORED, CELL = 100.0, 300.0, 150.0, 1e4  #: bytes per state of a grid, state of a surface, return of an orbit, cell

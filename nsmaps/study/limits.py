@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from nsmaps.errors import NsmapsError
-from nsmaps.study.estimates import GIGABYTE, HOUR, Size
+from nsmaps.study.estimates import GIGABYTE, HOUR, INTEGRATED, Size
 from nsmaps.study.steps import analyses_by_step
 from nsmaps.study.study import Study
 
@@ -24,7 +24,9 @@ VARIABLE = "NSMAPS_MAX_{}"
 
 def sizes(study: Study, system: "System") -> dict[str, Size | None]:
     """The size of each step of a run, None where it cannot be estimated."""
-    return {name: analysis.size(study, system) for name, analysis in analyses_by_step(study).items()}
+    longer = INTEGRATED if system.map_name == "integrated map" else 1.0
+    found = {name: analysis.size(study, system) for name, analysis in analyses_by_step(study).items()}
+    return {name: size and Size(longer * size.seconds, size.memory) for name, size in found.items()}
 
 
 def total(found: Mapping[str, Size | None]) -> Size:

@@ -12,7 +12,6 @@ from typer.testing import CliRunner
 
 import nsmaps
 from nsmaps.cli.cli import app
-from nsmaps.plugins import system_class
 from nsmaps.report.page import write_report
 from nsmaps.study.conclusions.headline import headline
 from nsmaps.study.conclusions.verdict import verdicts
@@ -43,11 +42,17 @@ def page() -> str:
     return Path("out/report.html").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize(("system", "spoken"), [("duffing", "integrated map"), ("impact_oscillator", "exact map")])
-def test_the_map_has_the_name_of_what_was_computed(good: str, monkeypatch: pytest.MonkeyPatch, system: str, spoken: str) -> None:
+@pytest.mark.parametrize(
+    ("system", "spoken"),
+    [(nsmaps.load_system("hopper"), "integrated map"), (nsmaps.load_system("bouncing_ball", Gamma=2), "exact map")],
+    ids=["hopper", "bouncing_ball"],
+)
+def test_the_map_has_the_name_of_what_was_computed(
+    good: str, monkeypatch: pytest.MonkeyPatch, system: nsmaps.System, spoken: str
+) -> None:
     Path("s.yaml").write_text(good)
     result = nsmaps.run_study("s.yaml")
-    monkeypatch.setattr(type(result.system), "map_name", system_class(system).map_name)
+    monkeypatch.setattr(type(result.system), "map_name", system.map_name)
     texts = [caption(result, "orbits"), *(f"{each.name} {each.of} {each.text}" for each in verdicts(result)), headline(result)]
     said = {name for name in ("integrated map", "exact map") if name in " ".join(texts).lower()}
     assert said == {spoken}

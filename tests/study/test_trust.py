@@ -331,3 +331,12 @@ def test_the_memory_is_estimated_to_a_factor_of_ten(section: str) -> None:
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak / 10 < estimated < peak * 10
+
+
+def test_integrated_flights_are_estimated_to_take_longer() -> None:
+    Path("s.yaml").write_text(SMALL)
+    study = nsmaps.load_study("s.yaml")
+    closed, integrated = (sizes(study, system) for system in (study.system_object(), nsmaps.load_system("hopper")))
+    assert total(integrated).seconds > 0
+    assert total(integrated).seconds == pytest.approx(10 * total(closed).seconds)
+    assert total(integrated).memory == total(closed).memory

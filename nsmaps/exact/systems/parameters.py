@@ -52,7 +52,6 @@ class System(BaseModel, Transferable, ReturnMap):
 
     dimensionless: ClassVar[bool] = False  #: True if states, times and parameters have no unit, which figures then state
     units: ClassVar[Mapping[str, str]] = {}  #: of coordinates and parameters by name, and of `time`, `displacement`, `velocity`
-    map_name: ClassVar[str] = "exact map"  #: what its return map is called; "integrated map" where flights have no closed form
     instead: ClassVar[Mapping[str, str]] = {}  #: alternatives to parameters that a validator accepts: names and descriptions
     observables: ClassVar[Mapping[str, Mapping[str, Any]]] = {}  #: quantities by name, by the keys of `nsmaps.Observable`
 
@@ -66,6 +65,11 @@ class System(BaseModel, Transferable, ReturnMap):
                     f"{cls.__name__}.{name} is a parameter of its base, and has no annotation here; expected: "
                     f"`{name}: float = ...`"
                 )
+
+    @property
+    def map_name(self) -> str:
+        """What its return map is called."""
+        return "exact map"
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
@@ -161,6 +165,11 @@ class ExactSystem(System, ExactMap):
     def check_formulas(self) -> None:
         """Refuse formulas that give no map at the parameters, with an NsmapsError; without compiling machine code."""
         self._kernel()
+
+    @property
+    def map_name(self) -> str:
+        """What its return map is called: "integrated map" where flights are integrated numerically."""
+        return "integrated map" if self._kernel().integrated else "exact map"
 
     def _kernel(self) -> Any:
         """The compiled map, made once."""

@@ -137,7 +137,6 @@ class ImpactFormulas(HybridFormulas):
         super().__init_subclass__(**kwargs)
         if "acceleration" in vars(cls) and "displacement" not in vars(cls):
             cls.displacement = _no_closed_form  # type: ignore[method-assign, assignment]
-        cls.map_name = "integrated map" if cls.flight() == "acceleration" else "exact map"
 
 
 def _no_closed_form(system: ImpactFormulas, t: Any, hit: SimpleNamespace) -> Any:
