@@ -334,7 +334,7 @@ def test_the_memory_is_estimated_to_a_factor_of_ten(section: str) -> None:
 
 
 def test_integrated_flights_are_estimated_to_take_longer() -> None:
-    Path("s.yaml").write_text(SMALL)
+    Path("s.yaml").write_text(SMALL + "orbits: [{start: {v: 0.3, phi: 1}, n_returns: 4000}]\n")
     study = nsmaps.load_study("s.yaml")
     closed, integrated = (sizes(study, system) for system in (study.system_object(), nsmaps.load_system("hopper")))
     assert total(integrated).seconds > 0
