@@ -32,13 +32,16 @@ def over_time(track: ModeTrack, ax: Axes, k: int) -> Axes:
 def plane(track: ModeTrack, ax: Axes, start: bool = True) -> Axes:
     """The second state over the first, coloured by mode, a ring at the start; marks at events, dotted lines at jumps.
 
-    Grey lines are at the first state of events that all have the same, as at a stop.
+    Grey lines are where one state is the same at all events of a letter while the other is not, as at a stop.
     """
     events, fixed = track.events, list[Line2D]()
+    extent = np.ptp(track.states[..., :2].reshape(-1, 2), axis=0)
     for letter in dict.fromkeys(events.letter.tolist()):
-        places = events.before[events.letter == letter, 0]
-        if np.ptp(places) <= _ONE_PLACE * np.ptp(track.states[..., 0]):  # a stop, or a section
-            fixed = [ax.axvline(places[0], color="0.87", lw=2.4, zorder=0, label="places of events")]
+        places = events.before[events.letter == letter, :2]
+        same = np.ptp(places, axis=0) <= _ONE_PLACE * extent
+        if same.sum() == 1:
+            line = ax.axvline if same[0] else ax.axhline
+            fixed = [line(places[0, same][0], color="0.87", lw=2.4, zorder=0, label="places of events")]
     _flights(ax, track, track.states[..., 0], track.states[..., 1])
     _events(ax, track, *((events.before[:, k], events.after[:, k]) for k in (0, 1)))
     legend(ax, [*cast(Any, ax.get_legend()).legend_handles, *fixed])
