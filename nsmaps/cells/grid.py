@@ -180,8 +180,8 @@ def images_of(return_map: BoxMap, boxes: Floats, sides: Floats, splits: int = SP
     """
     found = return_map.image_boxes(boxes)
     split = ~found.bounded
-    own = (np.ptp(boxes, axis=2) / sides).max(axis=1)
-    wide = ~((np.ptp(found.images, axis=2) / sides).max(axis=1) <= WIDE * own[found.source])
+    own, size = (((each[..., 1] - each[..., 0]) / sides).max(axis=1) for each in (boxes, found.images))
+    wide = ~(size <= WIDE * own[found.source])
     split[found.source[wide if found.inherent is None else wide & ~found.inherent]] = True
     unknown = np.flatnonzero(split)
     if not splits or not len(unknown):

@@ -136,9 +136,8 @@ class FittedBoxes(ReturnMap):
                 source, images = _images(piece.map, part)
                 found.append((source, images, np.full(len(source), piece.word)))
         source, images, words = (np.concatenate(each) for each in zip(*found, strict=True))
-        finite = np.isfinite(images).all(axis=(1, 2))
-        if not finite.all():
-            lost = np.unique(source[~finite])
+        if not np.isfinite(images).all():
+            lost = np.unique(source[~np.isfinite(images).all(axis=(1, 2))])
             bounded[lost], empty[lost] = False, True
             kept = bounded[source]
             source = np.concatenate([source[kept], lost])

@@ -31,11 +31,13 @@ class Hulls(NamedTuple):
 
     def absolute(self, which: Bools, boxes: Floats) -> "Hulls":
         """The same of the absolute values of some of the functions, shape (m,), on the boxes (M, n, 2) that these are of."""
-        outer, inner = (_absolute(bounds, which) for bounds in (self.outer, self.inner))
-        mixed = which & (self.outer[..., 0] < 0) & (self.outer[..., 1] > 0)
-        turned = which & (self.outer[..., 1] <= 0)
-        at = np.where(turned[:, :, None, None, None], self.at[:, :, ::-1], self.at)
-        at = np.where(mixed[:, :, None, None, None], boxes[:, None, None], at)
+        outer, inner, at = self.outer.copy(), self.inner.copy(), self.at.copy()
+        for k in np.flatnonzero(which):
+            mixed = (self.outer[:, k, 0] < 0) & (self.outer[:, k, 1] > 0)
+            turned = self.outer[:, k, 1] <= 0
+            at[turned, k] = self.at[turned, k, ::-1]
+            at[mixed, k] = boxes[mixed, None]
+            outer[:, k], inner[:, k] = _absolute(*outer[:, k].T), _absolute(*inner[:, k].T)
         return self._replace(outer=outer, inner=inner, at=at)
 
 
@@ -100,7 +102,6 @@ def _nothing(n: int) -> Hulls:
     return Hulls(*(np.empty((0, *shape)) for shape in ((1, 2), (1, 2), (1,), (1, 2, n, 2), (n,))))
 
 
-def _absolute(bounds: Floats, which: Bools) -> Floats:
-    low, high = bounds[..., 0], bounds[..., 1]
+def _absolute(low: Floats, high: Floats) -> Floats:
     least = np.where((low <= 0) & (high >= 0), 0.0, np.minimum(np.abs(low), np.abs(high)))
-    return np.where(which[:, None], np.stack([least, np.maximum(np.abs(low), np.abs(high))], axis=-1), bounds)
+    return np.stack([least, np.maximum(np.abs(low), np.abs(high))], axis=-1)
