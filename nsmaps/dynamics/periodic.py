@@ -1,14 +1,14 @@
 """Periodic orbits of return maps by Newton's method."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
-from functools import cached_property, reduce
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from nsmaps.arrays import ArrayLike, Floats
 from nsmaps.coordinates import Coordinates, StateLike, as_starts
+from nsmaps.dynamics.exponents.growth import product_of
 from nsmaps.dynamics.motion import UNRESOLVED, joined, label
 from nsmaps.dynamics.orbit import orbit
 from nsmaps.dynamics.scale import scale_of
@@ -149,11 +149,6 @@ class PeriodicOrbit(Result):
     def stable(self) -> bool | None:
         """True if every multiplier lies within the unit circle; None where the multipliers are unknown."""
         return stability(self.multipliers)
-
-
-def product_of(derivatives: Iterable[Floats]) -> Floats:
-    """The derivative of successive returns, from those of each."""
-    return reduce(lambda so_far, each: each @ so_far, derivatives)
 
 
 def least_period(states: Floats, coordinates: Coordinates, scale: Floats, share: float = SAME) -> int:

@@ -25,7 +25,7 @@ VARIABLE = "NSMAPS_MAX_{}"
 def sizes(study: Study, system: "System") -> dict[str, Size | None]:
     """The size of each step of a run, None where it cannot be estimated."""
     with study.source.located(("system",)):
-        longer = INTEGRATED if system.map_name == "integrated map" else 1.0
+        longer = INTEGRATED if system.is_integrated else 1.0
     found = {name: analysis.size(study, system) for name, analysis in analyses_by_step(study).items()}
     return {name: size and Size(longer * size.seconds, size.memory) for name, size in found.items()}
 

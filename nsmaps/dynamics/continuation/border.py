@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from nsmaps.arrays import Bools, Floats
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
+from nsmaps.dynamics.exponents.growth import product_of
 from nsmaps.dynamics.motion import rotations
-from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit, product_of
+from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns

@@ -182,7 +182,7 @@ def merged(curve: OrbitCurve, step: Step[OrbitPoint]) -> bool:
         return False
     halves = (np.split(each.orbit.states, 2) for each in (step.start, step.end))
     start, end = (np.abs(curve.coordinates.difference(*pair) / curve.scale).max() for pair in halves)
-    return bool(end < MERGED * start > MERGED * curve.tolerance)
+    return bool(start > curve.tolerance and end < MERGED * start)
 
 
 def halving(curve: OrbitCurve, step: Step[OrbitPoint]) -> tuple[float, OrbitPoint, float] | None:

@@ -15,7 +15,8 @@ import numpy as np
 from nsmaps.arrays import Bools, Floats, Ints
 from nsmaps.dynamics.continuation.pieces import AtBorder
 from nsmaps.dynamics.continuation.problem import OrbitCurve, OrbitPoint
-from nsmaps.dynamics.periodic import PeriodicOrbit, product_of
+from nsmaps.dynamics.exponents.growth import product_of
+from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.dynamics.returnmap import map_or_reason
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.returns import Returns

@@ -1,7 +1,8 @@
 """The growth of frames of tangent vectors in the returns of an orbit, and the standard error of means over batches."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,6 +64,11 @@ def tangent_growth(slopes: Floats) -> Floats:
     """The logarithms of the growth of a tangent vector by derivatives (n, M, dim, dim), once it has turned, shape (K, M)."""
     n, m, dim, _ = slopes.shape
     return carry_frames(slopes, np.tile(np.eye(dim), (m, 1, 1)))[min(ALIGN, n // 2) :, :, 0]
+
+
+def product_of(derivatives: Iterable[Floats]) -> Floats:
+    """The derivative of successive returns, from those of each."""
+    return reduce(lambda so_far, each: each @ so_far, derivatives)
 
 
 def determinants(slopes: Floats) -> Floats:

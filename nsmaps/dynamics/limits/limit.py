@@ -6,9 +6,10 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from nsmaps.arrays import Floats
+from nsmaps.dynamics.exponents.growth import product_of
 from nsmaps.dynamics.limits.path import Path
 from nsmaps.dynamics.motion import ESCAPE, UNRESOLVED, label
-from nsmaps.dynamics.periodic import PeriodicOrbit, product_of
+from nsmaps.dynamics.periodic import PeriodicOrbit
 from nsmaps.exact.words import Alphabet, words_of
 
 

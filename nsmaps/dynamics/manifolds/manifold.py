@@ -8,10 +8,11 @@ import numpy as np
 
 from nsmaps.arrays import Floats, Ints
 from nsmaps.coordinates import Coordinates, WithCoordinates
+from nsmaps.dynamics.exponents.growth import product_of
 from nsmaps.dynamics.manifolds.growth import Growth, grown
 from nsmaps.dynamics.manifolds.local import Saddle, local_curve
 from nsmaps.dynamics.manifolds.segments import Pieces, grown_exactly
-from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit, product_of
+from nsmaps.dynamics.periodic import PeriodicOrbit, periodic_orbit
 from nsmaps.errors import NsmapsError
 from nsmaps.exact.returnmap import ReturnMap
 from nsmaps.exact.systems.piecewise import PiecewiseMap

@@ -13,7 +13,7 @@ from pydantic.fields import FieldInfo, ModelPrivateAttr
 
 from nsmaps.arrays import Floats
 from nsmaps.coordinates import Coordinates
-from nsmaps.errors import ParameterError, SystemDefinitionError, near_match
+from nsmaps.errors import ParameterError, SystemDefinitionError, check_known
 from nsmaps.exact.kernel import Kernel
 from nsmaps.exact.returnmap import ExactMap, ReturnMap, is_foreign, letters_of
 from nsmaps.exact.systems.files import Transferable
@@ -67,9 +67,14 @@ class System(BaseModel, Transferable, ReturnMap):
                 )
 
     @property
+    def is_integrated(self) -> bool:
+        """True if flights are integrated numerically, which nothing certifies."""
+        return False
+
+    @property
     def map_name(self) -> str:
-        """What its return map is called."""
-        return "exact map"
+        """What its return map is called: "integrated map" or "exact map"."""
+        return "integrated map" if self.is_integrated else "exact map"
 
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
@@ -126,9 +131,7 @@ class System(BaseModel, Transferable, ReturnMap):
         """
         names, cls = self.parameter_names(), type(self).__name__
         for name, rate in rates.items():
-            if name not in names:
-                known = ", ".join(names) or "none, it has no numerical parameter"
-                raise ParameterError(f"{cls}: unknown parameter {name!r}{near_match(name, names)}; expected: {known}")
+            check_known(f"{cls}: unknown parameter", name, names, ParameterError)
             if not np.isfinite(rate):
                 raise ParameterError(f"{cls}: the rate of {name!r} is {rate}; expected: a finite number")
         return np.array([float(rates.get(name, 0.0)) for name in names])
@@ -167,9 +170,9 @@ class ExactSystem(System, ExactMap):
         self._kernel()
 
     @property
-    def map_name(self) -> str:
-        """What its return map is called: "integrated map" where flights are integrated numerically."""
-        return "integrated map" if self._kernel().integrated else "exact map"
+    def is_integrated(self) -> bool:
+        """True if flights are integrated numerically, which nothing certifies."""
+        return bool(self._kernel().integrated)
 
     def _kernel(self) -> Any:
         """The compiled map, made once."""
